@@ -1,0 +1,83 @@
+//! One error type for the whole program, and the exit code each kind maps to.
+
+use std::path::{Path, PathBuf};
+
+use ash::vk;
+
+/// Everything that can go wrong, each variant with the exit code documented in the README.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Something failed that is neither the user's options nor the device: exit code 1.
+    #[error("{0}")]
+    Failure(String),
+    /// A file could not be read, understood or written: exit code 1.
+    #[error("{}: {reason}", path.display())]
+    File {
+        /// The file in question.
+        path: PathBuf,
+        /// What is wrong with it, as a clause that reads after "path: ".
+        reason: String,
+    },
+    /// The command line or the settings file asks for something impossible: exit code 2.
+    #[error("{0}")]
+    Usage(String),
+    /// A comparison exceeded the threshold the user gave: exit code 3.
+    #[error("{0}")]
+    Threshold(String),
+    /// The validation layers reported messages: exit code 4.
+    #[error("the validation layers reported {count} message(s), the first: {first}")]
+    Validation {
+        /// How many messages arrived.
+        count: usize,
+        /// The first one, whole.
+        first: String,
+    },
+    /// The device was lost: exit code 5.
+    #[error("the Vulkan device was lost during or after pass `{pass}`")]
+    DeviceLost {
+        /// The last pass whose crash marker was reached.
+        pass: String,
+    },
+    /// No Vulkan loader, driver or suitable device: exit code 77.
+    #[error("{0}")]
+    NoDevice(String),
+    /// A Vulkan call failed in a way the program cannot mend: exit code 1.
+    #[error("{what} failed: {result}")]
+    Vulkan {
+        /// The call or the object concerned.
+        what: String,
+        /// What Vulkan answered.
+        result: vk::Result,
+    },
+    /// Device memory could not be had: exit code 1.
+    #[error("no memory for {name}: {reason}")]
+    Memory {
+        /// The resource that was to be allocated.
+        name: String,
+        /// What the allocator answered.
+        reason: String,
+    },
+}
+
+/// Shorthand used throughout the crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// A [`Error::File`] from anything that can be shown.
+    pub fn file(path: impl AsRef<Path>, reason: impl std::fmt::Display) -> Self {
+        Self::File { path: path.as_ref().to_path_buf(), reason: reason.to_string() }
+    }
+
+    /// The process exit code for this error.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::Threshold(_) => 3,
+            Self::Validation { .. } => 4,
+            Self::DeviceLost { .. } => 5,
+            Self::NoDevice(_) => 77,
+            Self::Failure(_) | Self::File { .. } | Self::Vulkan { .. } | Self::Memory { .. } => 1,
+        }
+    }
+}

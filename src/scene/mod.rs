@@ -1,0 +1,158 @@
+//! Scenes: what a glTF file becomes before it reaches the GPU. No Vulkan here.
+//!
+//! Everything is in world space (metres, y up), node transforms already applied.
+
+use glam::Vec3;
+
+/// One vertex in world space, as the GPU reads it (24 bytes, no padding).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Vertex {
+    /// World-space position.
+    pub position_ws: [f32; 3],
+    /// Unit normal, octahedral, two 16-bit snorm (see `pack_octahedral`).
+    pub normal_oct: u32,
+    /// First texture coordinate set.
+    pub uv: [f32; 2],
+}
+
+/// A run of indices drawn with one material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Draw {
+    /// First index of the run.
+    pub first_index: u32,
+    /// Number of indices, a multiple of 3.
+    pub index_count: u32,
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+}
+
+/// A purely diffuse material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The glTF name, or `material N`.
+    pub name: String,
+    /// Linear base-colour factor, RGBA.
+    pub base_color: [f32; 4],
+    /// Index into [`Scene::textures`], sRGB encoded.
+    pub base_color_texture: Option<u32>,
+    /// Index into [`Scene::textures`], linear tangent-space normal map.
+    pub normal_texture: Option<u32>,
+    /// glTF `normalTexture.scale`.
+    pub normal_scale: f32,
+    /// Below this alpha (texture times factor) the surface is a hole; `None` means opaque.
+    pub alpha_cutoff: Option<f32>,
+    /// glTF `doubleSided`. Light treats every surface as two-sided; this only informs.
+    pub double_sided: bool,
+}
+
+/// A decoded texture, RGBA8, row 0 at the top, wrap mode repeat.
+#[derive(Clone, PartialEq)]
+pub struct Texture {
+    /// File name, or the name in the glTF.
+    pub name: String,
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// `4 * width * height` bytes.
+    pub rgba: Vec<u8>,
+}
+
+/// A pinhole camera with an orthonormal world-space frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// The node's name (or the camera's), unique within the scene.
+    pub name: String,
+    /// Eye position.
+    pub position_ws: Vec3,
+    /// Unit vector to the right of the picture.
+    pub right_ws: Vec3,
+    /// Unit vector to the top of the picture.
+    pub up_ws: Vec3,
+    /// Unit viewing direction.
+    pub forward_ws: Vec3,
+    /// Vertical field of view in radians.
+    pub yfov_rad: f32,
+    /// Near plane distance.
+    pub near: f32,
+}
+
+/// A light of `KHR_lights_punctual`. Colour times intensity, linear RGB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Light {
+    /// Parallel light.
+    Directional {
+        /// Unit direction in which the light travels.
+        direction_ws: Vec3,
+        /// Irradiance on a surface facing the light (glTF lux read as W/m²).
+        irradiance: Vec3,
+    },
+    /// Uniform in all directions.
+    Point {
+        /// Position.
+        position_ws: Vec3,
+        /// Radiant intensity (glTF candela read as W/sr).
+        intensity: Vec3,
+    },
+    /// A point light within a cone.
+    Spot {
+        /// Position.
+        position_ws: Vec3,
+        /// Unit axis direction in which the light travels.
+        direction_ws: Vec3,
+        /// Radiant intensity on the axis.
+        intensity: Vec3,
+        /// Cosine of the inner cone angle.
+        inner_cos: f32,
+        /// Cosine of the outer cone angle, less than `inner_cos`.
+        outer_cos: f32,
+    },
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Smallest corner.
+    pub min: Vec3,
+    /// Largest corner.
+    pub max: Vec3,
+}
+
+impl Aabb {
+    /// Middle of the box.
+    #[must_use]
+    pub fn center(&self) -> Vec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Radius of the sphere around the box: the design's scene radius.
+    #[must_use]
+    pub fn radius(&self) -> f32 {
+        (self.max - self.min).length() * 0.5
+    }
+}
+
+/// A scene ready for upload. Always has at least one triangle, one camera, one material and one light.
+pub struct Scene {
+    /// The file stem, or `courtyard` for the built-in scene.
+    pub name: String,
+    /// All vertices.
+    pub vertices: Vec<Vertex>,
+    /// Three per triangle, grouped by [`Draw`].
+    pub indices: Vec<u32>,
+    /// Material of each triangle (`indices.len() / 3` entries).
+    pub triangle_materials: Vec<u32>,
+    /// Draws, sorted by material.
+    pub draws: Vec<Draw>,
+    /// Materials; index 0 always exists.
+    pub materials: Vec<Material>,
+    /// Decoded textures, each image once however many materials use it.
+    pub textures: Vec<Texture>,
+    /// Cameras in the order of the file, or one framing camera named `default`.
+    pub cameras: Vec<Camera>,
+    /// Lights in the order of the file, or one default sun.
+    pub lights: Vec<Light>,
+    /// Bounds of all vertices used by triangles.
+    pub bounds: Aabb,
+}

@@ -3,5 +3,7 @@
 pub mod error;
 pub mod graph;
 pub mod scene;
+pub mod shader;
+pub mod shared;
 
 pub use error::{Error, Result};

@@ -1,0 +1,193 @@
+//! The logical device with its queue and memory allocator.
+
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use ash::{ext, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+
+use super::check;
+use super::features::{self, DeviceReport, OptionalFeatures};
+use super::instance::Instance;
+use crate::error::{Error, Result};
+
+/// Which device to open, and how.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions {
+    /// Index in `--list-gpus`, or a case-insensitive part of the name; `None` picks the fastest kind.
+    pub select: Option<String>,
+    /// Enable core and synchronization validation.
+    pub validation: bool,
+    /// Treat every optional feature as missing: how the fallbacks are tested.
+    pub baseline_only: bool,
+}
+
+/// An open device. Cheap to share through an [`Arc`]; everything created from it keeps it alive.
+pub struct Gpu {
+    pub(super) device: ash::Device,
+    pub(super) queue: vk::Queue,
+    pub(super) queue_family: u32,
+    pub(super) debug: Option<ext::debug_utils::Device>,
+    allocator: ManuallyDrop<Mutex<Allocator>>,
+    report: DeviceReport,
+    instance: Instance,
+}
+
+impl Gpu {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] when no driver fits the baseline, [`Error::Usage`] when `select` names none.
+    pub fn new(options: &GpuOptions) -> Result<Arc<Self>> {
+        let instance = Instance::new(options.validation)?;
+        let (physical, mut report) = select(&instance, options.select.as_deref())?;
+        if options.baseline_only {
+            report.optional = OptionalFeatures::default();
+        }
+        let queue_family = features::queue_family(&instance.raw, physical)
+            .ok_or_else(|| Error::NoDevice(format!("{} has no queue for graphics and compute", report.name)))?;
+        let device = create_device(&instance, physical, queue_family, report.optional)?;
+        // SAFETY: family and index were requested at device creation.
+        let queue = unsafe { device.get_device_queue(queue_family, 0) };
+        let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: device.clone(),
+            physical_device: physical,
+            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            allocation_sizes: gpu_allocator::AllocationSizes::default(),
+        })
+        .map_err(|e| Error::Memory { name: "the allocator".to_owned(), reason: e.to_string() })?;
+        log::info!("device: {} ({})", report.name, report.driver);
+        let allocator = ManuallyDrop::new(Mutex::new(allocator));
+        Ok(Arc::new(Self { device, queue, queue_family, debug, allocator, report, instance }))
+    }
+
+    /// What the device is and offers.
+    #[must_use]
+    pub fn report(&self) -> &DeviceReport {
+        &self.report
+    }
+
+    /// Optional features in use.
+    #[must_use]
+    pub fn features(&self) -> OptionalFeatures {
+        self.report.optional
+    }
+
+    /// Validation messages so far, warnings and errors.
+    #[must_use]
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.instance.messages()
+    }
+
+    /// Fails when validation reported anything.
+    ///
+    /// # Errors
+    /// [`Error::Validation`] with the first message.
+    pub fn check_validation(&self) -> Result<()> {
+        let messages = self.validation_messages();
+        match messages.first() {
+            Some(first) => Err(Error::Validation { count: messages.len(), first: first.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Bytes of device memory now reserved from the driver.
+    #[must_use]
+    pub fn reserved_bytes(&self) -> u64 {
+        self.allocator().capacity()
+    }
+
+    /// Blocks until the device is idle. Never called inside a frame.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn wait_idle(&self) -> Result<()> {
+        // SAFETY: the device is alive and its queue is only used from this thread.
+        check("vkDeviceWaitIdle", unsafe { self.device.device_wait_idle() })
+    }
+
+    pub(super) fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        self.allocator.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// Gives an object its debug name.
+    pub(super) fn set_name<T: vk::Handle>(&self, object: T, name: &str) {
+        let (Some(debug), Ok(name)) = (&self.debug, std::ffi::CString::new(name)) else { return };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        // SAFETY: the object belongs to this device; failure to name it is harmless.
+        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        // SAFETY: every object created from the device holds an `Arc<Gpu>`, so all are gone by now; the
+        // allocator is dropped exactly once, before its device.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            ManuallyDrop::drop(&mut self.allocator);
+            self.device.destroy_device(None);
+        }
+    }
+}
+
+fn rank(kind: &str) -> u8 {
+    match kind {
+        "discrete gpu" => 0,
+        "integrated gpu" => 1,
+        "virtual gpu" => 2,
+        "cpu" => 3,
+        _ => 4,
+    }
+}
+
+fn select(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, DeviceReport)> {
+    let mut found: Vec<_> =
+        instance.physical_devices()?.into_iter().map(|d| (d, features::report(instance, d))).collect();
+    let names = found.iter().enumerate().map(|(i, (_, r))| format!("{i}: {}", r.name)).collect::<Vec<_>>().join(", ");
+    if let Some(wanted) = wanted {
+        let index = wanted.parse::<usize>().ok().filter(|i| *i < found.len()).or_else(|| {
+            found.iter().position(|(_, r)| r.name.to_lowercase().contains(&wanted.to_lowercase()))
+        });
+        let index =
+            index.ok_or_else(|| Error::Usage(format!("--gpu {wanted} names no device; there are {names}")))?;
+        let (device, report) = found.swap_remove(index);
+        return match report.missing.as_slice() {
+            [] => Ok((device, report)),
+            missing => Err(Error::NoDevice(format!("{} lacks {}", report.name, missing.join(", ")))),
+        };
+    }
+    let lacking: Vec<String> =
+        found.iter().map(|(_, r)| format!("{} lacks {}", r.name, r.missing.join(", "))).collect();
+    found.retain(|(_, r)| r.missing.is_empty());
+    found.sort_by_key(|(_, r)| rank(r.kind));
+    if found.is_empty() {
+        return Err(Error::NoDevice(format!("no Vulkan device fits: {}", lacking.join("; "))));
+    }
+    Ok(found.swap_remove(0))
+}
+
+fn create_device(
+    instance: &Instance,
+    physical: vk::PhysicalDevice,
+    queue_family: u32,
+    optional: OptionalFeatures,
+) -> Result<ash::Device> {
+    let priorities = [1.0];
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
+    let core = vk::PhysicalDeviceFeatures::default()
+        .fragment_stores_and_atomics(true)
+        .sampler_anisotropy(optional.anisotropy)
+        .shader_int64(optional.int64_atomics);
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+        .timeline_semaphore(true)
+        .shader_buffer_int64_atomics(optional.int64_atomics);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    let mut features = vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut v12).push_next(&mut v13);
+    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features);
+    // SAFETY: only features reported by the device are enabled; pointers outlive the call.
+    check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &info, None) })
+}

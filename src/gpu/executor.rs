@@ -1,0 +1,331 @@
+//! Runs a planned frame graph: creates its resources, pipelines and descriptor sets once, records and submits
+//! its passes every frame with label, timestamp and crash marker.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ash::vk;
+
+use super::check;
+use super::descriptors::{Bound, Sets};
+use super::device::Gpu;
+use super::markers::Markers;
+use super::pipeline::{self, Pipeline};
+use super::recorder;
+use super::resources::{MemoryUse, Physical, Resources, aspect};
+use super::scene_set::SceneSet;
+use super::timers::Timers;
+use super::transfer;
+use super::work::{RasterWork, Work};
+use crate::error::{Error, Result};
+use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Pass, Plan, plan};
+
+/// Frames that may be on the GPU at once.
+const FRAMES_IN_FLIGHT: usize = 2;
+
+/// A pass ready to record.
+pub(super) struct CompiledPass {
+    pub pipelines: Vec<Pipeline>,
+    pub sets: Sets,
+}
+
+/// What the GPU said about one finished frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameTimes {
+    /// Milliseconds of each pass, in graph order.
+    pub pass_ms: Vec<f64>,
+    /// Milliseconds from submission to the observed completion.
+    pub cpu_ms: f64,
+}
+
+/// A submitted frame; give it back to [`Executor::wait`].
+#[derive(Debug)]
+#[must_use = "wait for the frame to learn its times"]
+pub struct FrameTicket {
+    value: u64,
+    submitted: Instant,
+}
+
+/// Command buffer and queries of one frame in flight.
+struct Slot {
+    commands: vk::CommandBuffer,
+    timers: Timers,
+    markers: Markers,
+    /// Timeline value that its last frame signals.
+    busy_until: u64,
+}
+
+/// A compiled frame graph.
+pub struct Executor {
+    pub(super) graph: Graph<Work>,
+    pub(super) plan: Plan,
+    pub(super) resources: Resources,
+    pub(super) passes: Vec<CompiledPass>,
+    pub(super) scene: Option<Arc<SceneSet>>,
+    slots: Vec<Slot>,
+    command_pool: vk::CommandPool,
+    timeline: vk::Semaphore,
+    submitted: u64,
+    pub(super) gpu: Arc<Gpu>,
+}
+
+impl Executor {
+    /// Plans the graph and creates everything it needs.
+    ///
+    /// # Errors
+    /// When the graph is wrong (a bug of ours), or the device runs out of memory.
+    pub fn new(gpu: &Arc<Gpu>, graph: Graph<Work>, scene: Option<Arc<SceneSet>>) -> Result<Self> {
+        let mut plan = plan(&graph).map_err(|e| Error::Failure(format!("frame graph: {e}")))?;
+        let resources = Resources::new(gpu, &graph, &mut plan)?;
+        let info = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
+            .queue_family_index(gpu.queue_family);
+        // SAFETY: valid create info; destroyed in `drop`.
+        let command_pool = check("the command pool", unsafe { gpu.device.create_command_pool(&info, None) })?;
+        let mut executor = Self {
+            graph,
+            plan,
+            resources,
+            passes: Vec::new(),
+            scene,
+            slots: Vec::new(),
+            command_pool,
+            timeline: vk::Semaphore::null(),
+            submitted: 0,
+            gpu: Arc::clone(gpu),
+        };
+        executor.timeline = create_timeline(gpu)?;
+        executor.create_slots()?;
+        for index in 0..executor.graph.passes().len() {
+            let pass = executor.compile_pass(index)?;
+            executor.passes.push(pass);
+        }
+        executor.initial_layouts()?;
+        Ok(executor)
+    }
+
+    /// The graph as built.
+    #[must_use]
+    pub fn graph(&self) -> &Graph<Work> {
+        &self.graph
+    }
+
+    /// The barrier plan in use.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Memory of the frame's resources.
+    #[must_use]
+    pub fn memory(&self) -> MemoryUse {
+        self.resources.memory
+    }
+
+    /// Records and submits one frame. Blocks only when both frames in flight are still busy.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn submit(&mut self, frame_data: &[u8]) -> Result<FrameTicket> {
+        let slot = self.submitted as usize % self.slots.len();
+        let value = self.submitted + 1;
+        self.wait_value(self.slots[slot].busy_until)?;
+        let submitted = Instant::now();
+        self.record(slot, value as u32, frame_data)?;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.slots[slot].commands)];
+        let signal = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(self.timeline)
+            .value(value)
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let info =
+            [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signal)];
+        // SAFETY: the command buffer is recorded and its slot idle; the queue is used from this thread only.
+        let result = unsafe { self.gpu.device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()) };
+        self.explain(slot, value, check("vkQueueSubmit2", result))?;
+        self.slots[slot].busy_until = value;
+        self.submitted = value;
+        Ok(FrameTicket { value, submitted })
+    }
+
+    /// Waits for a frame and reads its timestamps. Call it before the same slot is submitted again, that is
+    /// within two frames.
+    ///
+    /// # Errors
+    /// When the device is lost; names the last pass reached.
+    pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
+        self.wait_value(ticket.value)?;
+        let cpu_ms = ticket.submitted.elapsed().as_secs_f64() * 1e3;
+        let slot = (ticket.value - 1) as usize % self.slots.len();
+        Ok(FrameTimes { pass_ms: self.slots[slot].timers.read_ms()?, cpu_ms })
+    }
+
+    /// Contents of a buffer after the last frame; waits. Transient contents survive only until their memory is
+    /// reused within the frame, so ask for persistent buffers.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn read_buffer(&self, buffer: BufferHandle) -> Result<Vec<u8>> {
+        let (raw, size) = self.resources.buffer(buffer);
+        transfer::download_buffer(&self.gpu, raw, size)
+    }
+
+    /// Texels of a persistent image after the last frame, rows packed; waits.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn read_image(&self, image: ImageHandle) -> Result<Vec<u8>> {
+        let (raw, _, info) = self.resources.image(image);
+        let layout = self.final_layout(image);
+        let extent = [info.width_px, info.height_px];
+        transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))
+    }
+
+    /// Layout in which the frame leaves an image: that of its last use.
+    fn final_layout(&self, image: ImageHandle) -> vk::ImageLayout {
+        let uses = self.graph.passes().iter().flat_map(|p| &p.uses).filter(|u| u.resource == image.into());
+        uses.last().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.layout())
+    }
+
+    fn wait_value(&self, value: u64) -> Result<()> {
+        let semaphores = [self.timeline];
+        let values = [value];
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        // SAFETY: the semaphore is a timeline of this device.
+        let result = unsafe { self.gpu.device.wait_semaphores(&info, u64::MAX) };
+        let slot = (value.max(1) - 1) as usize % self.slots.len();
+        self.explain(slot, value, check("vkWaitSemaphores", result))
+    }
+
+    fn explain<T>(&self, slot: usize, value: u64, result: Result<T>) -> Result<T> {
+        let names: Vec<&str> = self.graph.passes().iter().map(|p| p.name.as_str()).collect();
+        self.slots[slot].markers.explain(result, &names, value as u32)
+    }
+
+    fn record(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<()> {
+        let slot = &self.slots[slot];
+        let commands = slot.commands;
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the slot's last frame has completed; the pool allows resetting.
+        check("vkBeginCommandBuffer", unsafe { self.gpu.device.begin_command_buffer(commands, &begin) })?;
+        slot.timers.begin(commands);
+        for index in 0..self.passes.len() {
+            slot.markers.reach(commands, index, stamp);
+            recorder::record_pass(self, commands, index, frame_data);
+            slot.timers.after_pass(commands, index);
+        }
+        // SAFETY: recording is complete.
+        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(commands) })
+    }
+
+    fn create_slots(&mut self) -> Result<()> {
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(self.command_pool)
+            .command_buffer_count(FRAMES_IN_FLIGHT as u32);
+        // SAFETY: the pool is alive.
+        let commands = check("command buffers", unsafe { self.gpu.device.allocate_command_buffers(&info) })?;
+        let pass_count = self.graph.passes().len();
+        for commands in commands {
+            let timers = Timers::new(&self.gpu, pass_count)?;
+            let markers = Markers::new(&self.gpu, pass_count)?;
+            self.slots.push(Slot { commands, timers, markers, busy_until: 0 });
+        }
+        Ok(())
+    }
+
+    /// Persistent images get the layout that the first frame expects, once.
+    fn initial_layouts(&self) -> Result<()> {
+        transfer::submit_once(&self.gpu, |commands| {
+            for (image, layout) in &self.plan.initial {
+                let (raw, _, info) = self.resources.image(*image);
+                let undefined = vk::ImageLayout::UNDEFINED;
+                transfer::image_layout(&self.gpu, commands, raw, aspect(&info), undefined, *layout);
+            }
+        })
+    }
+
+    fn compile_pass(&self, index: usize) -> Result<CompiledPass> {
+        let pass = &self.graph.passes()[index];
+        let stages = match pass.payload {
+            Work::Compute(_) => vk::ShaderStageFlags::COMPUTE,
+            _ => vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
+        };
+        let sets = Sets::new(&self.gpu, &pass.name, stages, &[self.bindings(pass)])?;
+        let pipelines = match &pass.payload {
+            Work::Compute(work) => {
+                let layouts = self.set_layouts(&sets, work.uses_scene, false)?;
+                vec![pipeline::compute(&self.gpu, &work.shader, &work.constants, work.push.len(), &layouts)?]
+            }
+            Work::Raster(work) => self.raster_pipelines(work, &sets)?,
+            Work::Transfer(_) => Vec::new(),
+        };
+        Ok(CompiledPass { pipelines, sets })
+    }
+
+    fn raster_pipelines(&self, work: &RasterWork, sets: &Sets) -> Result<Vec<Pipeline>> {
+        let formats: Vec<_> = work.colors.iter().map(|c| self.resources.image(c.image).2.format).collect();
+        let depth = work.depth.map_or(vk::Format::UNDEFINED, |d| self.resources.image(d.image).2.format);
+        let layouts = self.set_layouts(sets, work.uses_scene, true)?;
+        let draws = work.draws.iter();
+        draws.map(|draw| pipeline::graphics(&self.gpu, draw, &formats, depth, &layouts)).collect()
+    }
+
+    fn set_layouts(&self, sets: &Sets, uses_scene: bool, raster: bool) -> Result<Vec<vk::DescriptorSetLayout>> {
+        let mut layouts = vec![sets.layout];
+        if uses_scene {
+            let scene = self.scene.as_ref().ok_or_else(|| Error::Failure("a pass needs a scene".to_owned()))?;
+            layouts.push(scene.scene.layout);
+            if raster {
+                layouts.push(scene.materials.layout);
+            }
+        }
+        Ok(layouts)
+    }
+
+    fn bindings(&self, pass: &Pass<Work>) -> Vec<(u32, Bound)> {
+        let bound = |access: Access, physical: Physical| match physical {
+            Physical::Buffer { raw, size_bytes } => match access {
+                Access::ComputeUniform | Access::GraphicsUniform => Bound::Uniform { buffer: raw, size_bytes },
+                _ => Bound::Storage { buffer: raw, size_bytes },
+            },
+            Physical::Image { view, .. } => match access {
+                Access::ComputeSampled | Access::FragmentSampled | Access::DepthAttachmentReadSampled => {
+                    Bound::SampledImage { view, layout: access.layout() }
+                }
+                _ => Bound::StorageImage { view },
+            },
+        };
+        let physical = |u: &crate::graph::Use| self.resources.list[u.resource.index()];
+        pass.uses.iter().filter_map(|u| Some((u.binding?, bound(u.access, physical(u))))).collect()
+    }
+}
+
+fn create_timeline(gpu: &Gpu) -> Result<vk::Semaphore> {
+    let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+    let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+    // SAFETY: timeline semaphores are required by the baseline; destroyed with the executor.
+    let semaphore = check("the timeline", unsafe { gpu.device.create_semaphore(&info, None) })?;
+    gpu.set_name(semaphore, "frame timeline");
+    Ok(semaphore)
+}
+
+/// Bytes per texel of the formats the frame uses.
+fn texel_bytes(format: vk::Format) -> u64 {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
+        vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_UINT => 8,
+        _ => 4,
+    }
+}
+
+impl Drop for Executor {
+    fn drop(&mut self) {
+        if let Err(error) = self.gpu.wait_idle() {
+            log::error!("waiting for the GPU: {error}");
+        }
+        // SAFETY: the GPU is idle; the pool frees its command buffers.
+        unsafe {
+            self.gpu.device.destroy_command_pool(self.command_pool, None);
+            self.gpu.device.destroy_semaphore(self.timeline, None);
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! What a device offers: the portability baseline, and the optional features with their fallbacks.
+
+use ash::vk;
+
+use super::instance::Instance;
+
+/// Optional features. Each has a tested fallback; none is assumed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OptionalFeatures {
+    /// 64-bit integers and 64-bit atomics on storage buffers: `--reservoir exact`. Fallback: `lock`.
+    pub int64_atomics: bool,
+    /// Additive blending on `R32G32B32A32_SFLOAT`. Fallback: `R16G16B16A16_SFLOAT`.
+    pub blend_rgba32f: bool,
+    /// Anisotropic filtering in the G-buffer. Fallback: trilinear.
+    pub anisotropy: bool,
+}
+
+/// One physical device, described for `--list-gpus` and the timings.
+#[derive(Clone, Debug)]
+pub struct DeviceReport {
+    /// Device name.
+    pub name: String,
+    /// Driver name and version text.
+    pub driver: String,
+    /// API version, as `1.3.230`.
+    pub api_version: String,
+    /// Kind of device, as `cpu` or `discrete gpu`.
+    pub kind: &'static str,
+    /// PCI vendor.
+    pub vendor_id: u32,
+    /// PCI device.
+    pub device_id: u32,
+    /// Required features the device lacks; empty means gridlight runs on it.
+    pub missing: Vec<&'static str>,
+    /// Optional features found.
+    pub optional: OptionalFeatures,
+    /// Limits.
+    pub limits: Limits,
+}
+
+/// The limits gridlight relies on.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Largest storage buffer range in bytes.
+    pub storage_range_bytes: u64,
+    /// Largest image edge in texels that also is a valid attachment.
+    pub image_edge_px: u32,
+    /// Most layers of an image array.
+    pub array_layers: u32,
+    /// Most workgroups per dimension of a dispatch.
+    pub dispatch_groups: u32,
+    /// Nanoseconds per timestamp tick.
+    pub timestamp_period_ns: f32,
+    /// Invocations in a subgroup.
+    pub subgroup_size: u32,
+}
+
+impl OptionalFeatures {
+    /// Each feature as (name, found, what is used without it).
+    #[must_use]
+    pub fn rows(&self) -> [(&'static str, bool, &'static str); 3] {
+        [
+            ("64-bit buffer atomics", self.int64_atomics, "--reservoir lock instead of exact"),
+            ("rgba32f blending", self.blend_rgba32f, "rgba16f lighting target"),
+            ("anisotropic filtering", self.anisotropy, "trilinear filtering"),
+        ]
+    }
+}
+
+/// Queue family that can do everything the program needs, with timestamps.
+pub(super) fn queue_family(instance: &ash::Instance, device: vk::PhysicalDevice) -> Option<u32> {
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    // SAFETY: `device` comes from this instance.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
+    let index = families.iter().position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)?;
+    u32::try_from(index).ok()
+}
+
+/// Examines one physical device.
+pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceReport {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+    // SAFETY: `device` comes from this instance; the chain lives on this stack frame.
+    unsafe { instance.raw.get_physical_device_properties2(device, &mut properties) };
+    let p = properties.properties;
+    let text = |c: Option<std::borrow::Cow<'_, str>>| c.map(|s| s.trim().to_owned()).unwrap_or_default();
+    let driver_text = format!(
+        "{} {}",
+        text(driver.driver_name_as_c_str().ok().map(std::ffi::CStr::to_string_lossy)),
+        text(driver.driver_info_as_c_str().ok().map(std::ffi::CStr::to_string_lossy))
+    );
+    let (missing, optional) = features(instance, device, p.api_version);
+    DeviceReport {
+        name: text(p.device_name_as_c_str().ok().map(std::ffi::CStr::to_string_lossy)),
+        driver: driver_text.trim().to_owned(),
+        api_version: version_text(p.api_version),
+        kind: match p.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => "discrete gpu",
+            vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated gpu",
+            vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual gpu",
+            vk::PhysicalDeviceType::CPU => "cpu",
+            _ => "other",
+        },
+        vendor_id: p.vendor_id,
+        device_id: p.device_id,
+        missing,
+        optional,
+        limits: limits(&p.limits, subgroup.subgroup_size),
+    }
+}
+
+fn limits(l: &vk::PhysicalDeviceLimits, subgroup_size: u32) -> Limits {
+    Limits {
+        storage_range_bytes: u64::from(l.max_storage_buffer_range),
+        image_edge_px: l
+            .max_image_dimension2_d
+            .min(l.max_framebuffer_width)
+            .min(l.max_framebuffer_height)
+            .min(l.max_viewport_dimensions[0])
+            .min(l.max_viewport_dimensions[1]),
+        array_layers: l.max_image_array_layers,
+        dispatch_groups: l.max_compute_work_group_count[0].min(l.max_compute_work_group_count[1]),
+        timestamp_period_ns: l.timestamp_period,
+        subgroup_size,
+    }
+}
+
+fn version_text(version: u32) -> String {
+    let (major, minor, patch) =
+        (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version));
+    format!("{major}.{minor}.{patch}")
+}
+
+fn features(
+    instance: &Instance,
+    device: vk::PhysicalDevice,
+    api_version: u32,
+) -> (Vec<&'static str>, OptionalFeatures) {
+    if api_version < vk::API_VERSION_1_3 {
+        return (vec!["Vulkan 1.3"], OptionalFeatures::default());
+    }
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+    let mut chain = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+    // SAFETY: `device` comes from this instance; the chain lives on this stack frame.
+    unsafe { instance.raw.get_physical_device_features2(device, &mut chain) };
+    let core = chain.features;
+    let required = [
+        ("dynamicRendering", v13.dynamic_rendering),
+        ("synchronization2", v13.synchronization2),
+        ("timelineSemaphore", v12.timeline_semaphore),
+        ("fragmentStoresAndAtomics", core.fragment_stores_and_atomics),
+    ];
+    let mut missing: Vec<&'static str> =
+        required.iter().filter(|(_, found)| *found == vk::FALSE).map(|(name, _)| *name).collect();
+    if queue_family(&instance.raw, device).is_none() {
+        missing.push("a graphics and compute queue with timestamps");
+    }
+    // SAFETY: `device` comes from this instance.
+    let rgba32f = unsafe {
+        instance.raw.get_physical_device_format_properties(device, vk::Format::R32G32B32A32_SFLOAT)
+    };
+    let optional = OptionalFeatures {
+        int64_atomics: core.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
+        blend_rgba32f: rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
+        anisotropy: core.sampler_anisotropy == vk::TRUE,
+    };
+    (missing, optional)
+}

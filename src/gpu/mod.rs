@@ -1,0 +1,38 @@
+//! Explicit Vulkan: the only module with `unsafe` code. Everything above it is plain data and safe calls.
+
+mod buffer;
+mod descriptors;
+mod device;
+mod executor;
+mod features;
+mod image;
+mod instance;
+mod markers;
+mod pipeline;
+mod resources;
+mod recorder;
+mod scene_set;
+mod timers;
+mod transfer;
+mod work;
+
+pub use buffer::Buffer;
+pub use device::{Gpu, GpuOptions};
+pub use executor::{Executor, FrameTicket, FrameTimes};
+pub use resources::MemoryUse;
+pub use features::{DeviceReport, OptionalFeatures};
+pub use image::Image;
+pub use instance::{Instance, list_gpus};
+pub use scene_set::{MipChain, SceneData, SceneSet};
+pub use work::{ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, TransferOp, Viewport, Work};
+
+use crate::error::Error;
+use ash::vk;
+
+/// Turns a failed Vulkan call into an [`Error`] that names what was attempted.
+pub(crate) fn check<T>(what: &str, result: std::result::Result<T, vk::Result>) -> crate::Result<T> {
+    result.map_err(|result| match result {
+        vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost { pass: what.to_owned() },
+        result => Error::Vulkan { what: what.to_owned(), result },
+    })
+}

@@ -1,0 +1,246 @@
+//! Records one pass: its debug label, the barriers of the plan, its work.
+
+use std::ffi::CString;
+
+use ash::vk;
+
+use super::executor::{CompiledPass, Executor};
+use super::pipeline::Pipeline;
+use super::resources::{Physical, whole_image};
+use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Work};
+use crate::graph::Barrier;
+
+/// Records pass `index` of the executor's graph.
+pub(super) fn record_pass(executor: &Executor, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
+    let pass = &executor.graph.passes()[index];
+    begin_label(executor, commands, &pass.name);
+    barriers(executor, commands, &executor.plan.passes[index].barriers);
+    let compiled = &executor.passes[index];
+    match &pass.payload {
+        Work::Compute(work) => compute(executor, commands, compiled, work),
+        Work::Raster(work) => raster(executor, commands, compiled, work),
+        Work::Transfer(ops) => ops.iter().for_each(|op| transfer(executor, commands, op, frame_data)),
+    }
+    end_label(executor, commands);
+}
+
+fn begin_label(executor: &Executor, commands: vk::CommandBuffer, name: &str) {
+    if let (Some(debug), Ok(name)) = (&executor.gpu.debug, CString::new(name)) {
+        let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+        // SAFETY: recording; every label is ended in `end_label`.
+        unsafe { debug.cmd_begin_debug_utils_label(commands, &label) };
+    }
+}
+
+fn end_label(executor: &Executor, commands: vk::CommandBuffer) {
+    if let Some(debug) = &executor.gpu.debug {
+        // SAFETY: ends the label begun in `begin_label`.
+        unsafe { debug.cmd_end_debug_utils_label(commands) };
+    }
+}
+
+/// One `vkCmdPipelineBarrier2` with everything the plan asks for before this pass.
+fn barriers(executor: &Executor, commands: vk::CommandBuffer, planned: &[Barrier]) {
+    let mut buffers = Vec::new();
+    let mut images = Vec::new();
+    for barrier in planned {
+        match executor.resources.list[barrier.resource.index()] {
+            Physical::Buffer { raw, .. } => buffers.push(
+                vk::BufferMemoryBarrier2::default()
+                    .src_stage_mask(barrier.src_stage)
+                    .src_access_mask(barrier.src_access)
+                    .dst_stage_mask(barrier.dst_stage)
+                    .dst_access_mask(barrier.dst_access)
+                    .buffer(raw)
+                    .size(vk::WHOLE_SIZE),
+            ),
+            Physical::Image { raw, info, .. } => images.push(
+                vk::ImageMemoryBarrier2::default()
+                    .src_stage_mask(barrier.src_stage)
+                    .src_access_mask(barrier.src_access)
+                    .dst_stage_mask(barrier.dst_stage)
+                    .dst_access_mask(barrier.dst_access)
+                    .old_layout(barrier.old_layout)
+                    .new_layout(barrier.new_layout)
+                    .image(raw)
+                    .subresource_range(whole_image(&info)),
+            ),
+        }
+    }
+    if buffers.is_empty() && images.is_empty() {
+        return;
+    }
+    let info = vk::DependencyInfo::default().buffer_memory_barriers(&buffers).image_memory_barriers(&images);
+    // SAFETY: recording outside a rendering scope; all objects belong to the executor.
+    unsafe { executor.gpu.device.cmd_pipeline_barrier2(commands, &info) };
+}
+
+fn compute(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledPass, work: &ComputeWork) {
+    let device = &executor.gpu.device;
+    let pipeline = &compiled.pipelines[0];
+    let bind_point = vk::PipelineBindPoint::COMPUTE;
+    bind(executor, commands, compiled, pipeline, bind_point, work.uses_scene);
+    push(executor, commands, pipeline, &work.push);
+    // SAFETY: pipeline and sets are bound; indirect buffers are declared in the graph.
+    unsafe {
+        match work.dispatch {
+            Dispatch::Groups([x, y, z]) => device.cmd_dispatch(commands, x, y, z),
+            Dispatch::Indirect { buffer, offset_bytes } => {
+                device.cmd_dispatch_indirect(commands, executor.resources.buffer(buffer).0, offset_bytes);
+            }
+        }
+    }
+}
+
+fn bind(
+    executor: &Executor,
+    commands: vk::CommandBuffer,
+    compiled: &CompiledPass,
+    pipeline: &Pipeline,
+    bind_point: vk::PipelineBindPoint,
+    uses_scene: bool,
+) {
+    let device = &executor.gpu.device;
+    // SAFETY: pipeline, layout and sets were made for each other in `compile_pass`.
+    unsafe {
+        device.cmd_bind_pipeline(commands, bind_point, pipeline.raw);
+        if !compiled.sets.sets.is_empty() {
+            device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 0, &compiled.sets.sets, &[]);
+        }
+        if let Some(scene) = executor.scene.as_ref().filter(|_| uses_scene) {
+            device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 1, &scene.scene.sets, &[]);
+        }
+    }
+}
+
+fn push(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipeline, words: &[u32]) {
+    if !words.is_empty() {
+        let bytes = bytemuck::cast_slice(words);
+        // SAFETY: the layout has a range of exactly this size.
+        unsafe {
+            executor.gpu.device.cmd_push_constants(commands, pipeline.layout, pipeline.push_stages, 0, bytes);
+        }
+    }
+}
+
+fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledPass, work: &RasterWork) {
+    let attachment = |image, layout, clear: Option<vk::ClearValue>, store| {
+        vk::RenderingAttachmentInfo::default()
+            .image_view(executor.resources.image(image).1)
+            .image_layout(layout)
+            .load_op(clear.map_or(vk::AttachmentLoadOp::LOAD, |_| vk::AttachmentLoadOp::CLEAR))
+            .store_op(store)
+            .clear_value(clear.unwrap_or_default())
+    };
+    let colors: Vec<_> = work
+        .colors
+        .iter()
+        .map(|c| {
+            let clear = c.clear.map(|uint32| vk::ClearValue { color: vk::ClearColorValue { uint32 } });
+            attachment(c.image, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, clear, vk::AttachmentStoreOp::STORE)
+        })
+        .collect();
+    let depth = work.depth.map(|d| {
+        let clear = d.clear.map(|depth| vk::ClearValue {
+            depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 },
+        });
+        let (layout, store) = if d.write {
+            (vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL, vk::AttachmentStoreOp::STORE)
+        } else {
+            (vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL, vk::AttachmentStoreOp::NONE)
+        };
+        attachment(d.image, layout, clear, store)
+    });
+    let [width, height] = work.extent_px;
+    let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+    let mut info =
+        vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
+    if let Some(depth) = &depth {
+        info = info.depth_attachment(depth);
+    }
+    // SAFETY: attachments are in the layouts the plan gave them; the scope is ended below.
+    unsafe { executor.gpu.device.cmd_begin_rendering(commands, &info) };
+    for (draw, pipeline) in work.draws.iter().zip(&compiled.pipelines) {
+        bind(executor, commands, compiled, pipeline, vk::PipelineBindPoint::GRAPHICS, work.uses_scene);
+        push(executor, commands, pipeline, &draw.push);
+        set_viewport(executor, commands, draw);
+        record_draw(executor, commands, pipeline, draw);
+    }
+    // SAFETY: ends the scope begun above.
+    unsafe { executor.gpu.device.cmd_end_rendering(commands) };
+}
+
+fn set_viewport(executor: &Executor, commands: vk::CommandBuffer, draw: &RasterDraw) {
+    let v = draw.viewport;
+    let viewport = vk::Viewport {
+        x: v.x_px,
+        y: v.y_px,
+        width: v.width_px,
+        height: v.height_px,
+        min_depth: 0.0,
+        max_depth: 1.0,
+    };
+    let [x, y, width, height] = v.scissor_px;
+    let scissor = vk::Rect2D {
+        offset: vk::Offset2D { x: x as i32, y: y as i32 },
+        extent: vk::Extent2D { width, height },
+    };
+    // SAFETY: the pipeline has dynamic viewport and scissor.
+    unsafe {
+        executor.gpu.device.cmd_set_viewport(commands, 0, &[viewport]);
+        executor.gpu.device.cmd_set_scissor(commands, 0, &[scissor]);
+    }
+}
+
+fn record_draw(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipeline, draw: &RasterDraw) {
+    let device = &executor.gpu.device;
+    // SAFETY: pipeline, sets and dynamic state are bound; indirect buffers are declared in the graph.
+    unsafe {
+        match draw.call {
+            DrawCall::Direct { vertex_count, instance_count } => {
+                device.cmd_draw(commands, vertex_count, instance_count, 0, 0);
+            }
+            DrawCall::Indirect { buffer, offset_bytes } => {
+                device.cmd_draw_indirect(commands, executor.resources.buffer(buffer).0, offset_bytes, 1, 16);
+            }
+            DrawCall::Scene => draw_scene(executor, commands, pipeline),
+        }
+    }
+}
+
+/// Draws every material's triangles with its textures bound.
+///
+/// # Safety
+/// Pipeline, sets 0 and 1 and dynamic state must be bound, inside a rendering scope.
+unsafe fn draw_scene(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipeline) {
+    let Some(scene) = &executor.scene else { return };
+    let device = &executor.gpu.device;
+    // SAFETY: buffers are alive; the vertex layout is the pipeline's; sets fit its layout.
+    unsafe {
+        device.cmd_bind_vertex_buffers(commands, 0, &[scene.vertices.raw], &[0]);
+        device.cmd_bind_index_buffer(commands, scene.indices.raw, 0, vk::IndexType::UINT32);
+        for draw in &scene.draws {
+            let set = [scene.materials.sets[draw.material as usize]];
+            let point = vk::PipelineBindPoint::GRAPHICS;
+            device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 2, &set, &[]);
+            push(executor, commands, pipeline, &[draw.material]);
+            device.cmd_draw_indexed(commands, draw.index_count, 1, draw.first_index, 0, 0);
+        }
+    }
+}
+
+fn transfer(executor: &Executor, commands: vk::CommandBuffer, op: &TransferOp, frame_data: &[u8]) {
+    let device = &executor.gpu.device;
+    // SAFETY: the buffers are alive, large enough and declared as transfer destinations in the graph.
+    unsafe {
+        match *op {
+            TransferOp::FrameData { buffer } => {
+                device.cmd_update_buffer(commands, executor.resources.buffer(buffer).0, 0, frame_data);
+            }
+            TransferOp::Fill { buffer, value } => {
+                let raw = executor.resources.buffer(buffer).0;
+                device.cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value);
+            }
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! The frame's buffers and images: created from the graph's declarations, transients sharing memory.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::check;
+use super::device::Gpu;
+use super::work::Work;
+use crate::error::{Error, Result};
+use crate::graph::{
+    AliasPlan, Graph, Handle, ImageInfo, Lifetime, Plan, Requirement, ResourceInfo, add_alias_barriers, assign,
+};
+
+/// A buffer or an image of the frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Physical {
+    Buffer { raw: vk::Buffer, size_bytes: u64 },
+    Image { raw: vk::Image, view: vk::ImageView, info: ImageInfo },
+}
+
+/// Memory figures of a compiled frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MemoryUse {
+    /// Bytes of transient memory after aliasing.
+    pub transient_bytes: u64,
+    /// Bytes the transients would take without aliasing.
+    pub unaliased_bytes: u64,
+    /// Bytes of persistent buffers and images.
+    pub persistent_bytes: u64,
+}
+
+/// All resources of one graph.
+pub(super) struct Resources {
+    pub list: Vec<Physical>,
+    pub memory: MemoryUse,
+    allocations: Vec<Allocation>,
+    gpu: Arc<Gpu>,
+}
+
+/// One memory class: resources that may share memory must agree on it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Class {
+    is_image: bool,
+    memory_type_bits: u32,
+}
+
+impl Resources {
+    /// Creates everything and widens the plan's barriers where memory is shared.
+    pub fn new(gpu: &Arc<Gpu>, graph: &Graph<Work>, plan: &mut Plan) -> Result<Self> {
+        let mut resources =
+            Self { list: Vec::new(), memory: MemoryUse::default(), allocations: Vec::new(), gpu: Arc::clone(gpu) };
+        for (index, resource) in graph.resources().iter().enumerate() {
+            let physical = resources.create(graph, index, &resource.name, resource.info)?;
+            resources.list.push(physical);
+        }
+        let mut classes = Vec::new();
+        let requirements: Vec<_> = (0..resources.list.len())
+            .map(|index| {
+                let shared = graph.resources()[index].lifetime == Lifetime::Transient && plan.lifetimes[index].is_some();
+                shared.then(|| resources.requirement(index, &mut classes))
+            })
+            .collect();
+        let aliases = assign(&plan.lifetimes, &requirements);
+        add_alias_barriers(plan, graph, &aliases, &requirements);
+        resources.bind_shared(&aliases, &requirements, &classes)?;
+        resources.bind_single(graph, &aliases)?;
+        resources.create_views(graph)?;
+        Ok(resources)
+    }
+
+    pub fn buffer(&self, handle: impl Into<Handle>) -> (vk::Buffer, u64) {
+        match self.list[handle.into().index()] {
+            Physical::Buffer { raw, size_bytes } => (raw, size_bytes),
+            Physical::Image { .. } => unreachable!("typed handles name buffers"),
+        }
+    }
+
+    pub fn image(&self, handle: impl Into<Handle>) -> (vk::Image, vk::ImageView, ImageInfo) {
+        match self.list[handle.into().index()] {
+            Physical::Image { raw, view, info } => (raw, view, info),
+            Physical::Buffer { .. } => unreachable!("typed handles name images"),
+        }
+    }
+
+    fn create(&self, graph: &Graph<Work>, index: usize, name: &str, info: ResourceInfo) -> Result<Physical> {
+        match info {
+            ResourceInfo::Buffer(buffer) => {
+                // Any buffer may be read back for tests and dumps.
+                let usage = graph.usage_of_buffer(index) | vk::BufferUsageFlags::TRANSFER_SRC;
+                let create = vk::BufferCreateInfo::default().size(buffer.size_bytes).usage(usage);
+                self.check_range(name, buffer.size_bytes)?;
+                // SAFETY: valid create info; destroyed in `drop`.
+                let raw = check(name, unsafe { self.gpu.device.create_buffer(&create, None) })?;
+                self.gpu.set_name(raw, name);
+                Ok(Physical::Buffer { raw, size_bytes: buffer.size_bytes })
+            }
+            ResourceInfo::Image(info) => {
+                let usage = graph.usage_of_image(index) | vk::ImageUsageFlags::TRANSFER_SRC;
+                let create = vk::ImageCreateInfo::default()
+                    .image_type(vk::ImageType::TYPE_2D)
+                    .format(info.format)
+                    .extent(vk::Extent3D { width: info.width_px, height: info.height_px, depth: 1 })
+                    .mip_levels(1)
+                    .array_layers(1)
+                    .samples(vk::SampleCountFlags::TYPE_1)
+                    .tiling(vk::ImageTiling::OPTIMAL)
+                    .usage(usage);
+                // SAFETY: valid create info within the device's limits; destroyed in `drop`.
+                let raw = check(name, unsafe { self.gpu.device.create_image(&create, None) })?;
+                self.gpu.set_name(raw, name);
+                Ok(Physical::Image { raw, view: vk::ImageView::null(), info })
+            }
+        }
+    }
+
+    fn check_range(&self, name: &str, size_bytes: u64) -> Result<()> {
+        let limit = self.gpu.report().limits.storage_range_bytes;
+        if size_bytes <= limit {
+            return Ok(());
+        }
+        Err(Error::Failure(format!(
+            "{name} needs {} MiB, but a storage buffer of this device holds {} MiB",
+            size_bytes >> 20,
+            limit >> 20
+        )))
+    }
+
+    fn memory_requirements(&self, index: usize) -> (vk::MemoryRequirements, bool) {
+        // SAFETY: the objects belong to this device.
+        unsafe {
+            match self.list[index] {
+                Physical::Buffer { raw, .. } => (self.gpu.device.get_buffer_memory_requirements(raw), false),
+                Physical::Image { raw, .. } => (self.gpu.device.get_image_memory_requirements(raw), true),
+            }
+        }
+    }
+
+    fn requirement(&self, index: usize, classes: &mut Vec<Class>) -> Requirement {
+        let (needs, is_image) = self.memory_requirements(index);
+        let class = Class { is_image, memory_type_bits: needs.memory_type_bits };
+        let position = classes.iter().position(|c| *c == class).unwrap_or_else(|| {
+            classes.push(class);
+            classes.len() - 1
+        });
+        Requirement { size_bytes: needs.size, alignment: needs.alignment, class: position as u32 }
+    }
+
+    fn bind_shared(&mut self, aliases: &AliasPlan, requirements: &[Option<Requirement>], classes: &[Class]) -> Result<()> {
+        for (class, size) in &aliases.class_sizes {
+            let alignment = requirements.iter().flatten().filter(|r| r.class == *class).map(|r| r.alignment).max();
+            let Class { is_image, memory_type_bits } = classes[*class as usize];
+            let needs =
+                vk::MemoryRequirements { size: *size, alignment: alignment.unwrap_or(256), memory_type_bits };
+            let slot = self.allocate("transient memory", needs, !is_image)?;
+            for (index, placement) in aliases.placements.iter().enumerate() {
+                if let Some(placement) = placement.as_ref().filter(|p| p.class == *class) {
+                    self.bind(index, slot, placement.offset_bytes)?;
+                }
+            }
+            self.memory.transient_bytes += size;
+        }
+        self.memory.unaliased_bytes = aliases.unaliased_bytes;
+        Ok(())
+    }
+
+    fn bind_single(&mut self, graph: &Graph<Work>, aliases: &AliasPlan) -> Result<()> {
+        for index in 0..self.list.len() {
+            if aliases.placements[index].is_none() {
+                let (needs, is_image) = self.memory_requirements(index);
+                let slot = self.allocate(&graph.resources()[index].name, needs, !is_image)?;
+                self.bind(index, slot, 0)?;
+                self.memory.persistent_bytes += needs.size;
+            }
+        }
+        Ok(())
+    }
+
+    fn allocate(&mut self, name: &str, requirements: vk::MemoryRequirements, linear: bool) -> Result<usize> {
+        let desc = AllocationCreateDesc {
+            name,
+            requirements,
+            location: MemoryLocation::GpuOnly,
+            linear,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        };
+        let allocation = self.gpu.allocator().allocate(&desc).map_err(|e| Error::Memory {
+            name: format!("{name} ({} MiB)", requirements.size >> 20),
+            reason: e.to_string(),
+        })?;
+        self.allocations.push(allocation);
+        Ok(self.allocations.len() - 1)
+    }
+
+    fn bind(&self, index: usize, slot: usize, offset_bytes: u64) -> Result<()> {
+        let allocation = &self.allocations[slot];
+        let offset = allocation.offset() + offset_bytes;
+        // SAFETY: offset and size lie within the allocation and meet the alignment; each object is bound once.
+        let bound = unsafe {
+            match self.list[index] {
+                Physical::Buffer { raw, .. } => self.gpu.device.bind_buffer_memory(raw, allocation.memory(), offset),
+                Physical::Image { raw, .. } => self.gpu.device.bind_image_memory(raw, allocation.memory(), offset),
+            }
+        };
+        check("binding memory", bound)
+    }
+
+    fn create_views(&mut self, graph: &Graph<Work>) -> Result<()> {
+        for (physical, resource) in self.list.iter_mut().zip(graph.resources()) {
+            if let Physical::Image { raw, view, info } = physical {
+                let create = vk::ImageViewCreateInfo::default()
+                    .image(*raw)
+                    .view_type(vk::ImageViewType::TYPE_2D)
+                    .format(info.format)
+                    .subresource_range(whole_image(info));
+                // SAFETY: the image is alive and bound.
+                *view = check(&resource.name, unsafe { self.gpu.device.create_image_view(&create, None) })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Aspect of a frame image.
+pub(super) fn aspect(info: &ImageInfo) -> vk::ImageAspectFlags {
+    if info.is_depth() { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR }
+}
+
+/// The only subresource of a frame image.
+pub(super) fn whole_image(info: &ImageInfo) -> vk::ImageSubresourceRange {
+    vk::ImageSubresourceRange {
+        aspect_mask: aspect(info),
+        base_mip_level: 0,
+        level_count: 1,
+        base_array_layer: 0,
+        layer_count: 1,
+    }
+}
+
+impl Drop for Resources {
+    fn drop(&mut self) {
+        for physical in &self.list {
+            // SAFETY: the executor waits for the GPU before it drops its resources; null views are ignored.
+            unsafe {
+                match *physical {
+                    Physical::Buffer { raw, .. } => self.gpu.device.destroy_buffer(raw, None),
+                    Physical::Image { raw, view, .. } => {
+                        self.gpu.device.destroy_image_view(view, None);
+                        self.gpu.device.destroy_image(raw, None);
+                    }
+                }
+            }
+        }
+        for allocation in self.allocations.drain(..) {
+            if let Err(error) = self.gpu.allocator().free(allocation) {
+                log::error!("freeing frame memory: {error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! The scene on the GPU: descriptor set 1 for shaders that trace rays or read lights, descriptor set 2 per
+//! material for the G-buffer.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::Buffer;
+use super::check;
+use super::descriptors::{Bound, Sets};
+use super::device::Gpu;
+use super::image::{Image, TextureInfo};
+use super::transfer::{Subresource, upload_buffer, upload_image};
+use crate::error::{Error, Result};
+use crate::scene::Draw;
+
+/// Mip levels of one texture: width, height, RGBA8 texels.
+pub type MipChain = Vec<(u32, u32, Vec<u8>)>;
+
+/// Everything uploaded, as plain bytes and texels.
+pub struct SceneData<'a> {
+    /// BVH nodes.
+    pub nodes: &'a [u8],
+    /// BVH triangles in leaf order.
+    pub triangles: &'a [u8],
+    /// Scene vertices.
+    pub vertices: &'a [u8],
+    /// Three indices per triangle.
+    pub indices: &'a [u8],
+    /// `GpuMaterial`s.
+    pub materials: &'a [u8],
+    /// `PunctualLight`s, directional and spot lights first.
+    pub lights: &'a [u8],
+    /// Edge of the albedo array's layers.
+    pub albedo_size_px: u32,
+    /// Layers of the albedo array, at least one.
+    pub albedo_layers: &'a [Vec<u8>],
+    /// Textures at full resolution; sRGB or linear.
+    pub textures: &'a [(bool, MipChain)],
+    /// Per material: base-colour and normal texture.
+    pub material_textures: &'a [(Option<u32>, Option<u32>)],
+    /// Draws of the G-buffer.
+    pub draws: &'a [Draw],
+}
+
+/// The uploaded scene.
+pub struct SceneSet {
+    pub(super) scene: Sets,
+    pub(super) materials: Sets,
+    pub(super) vertices: Buffer,
+    pub(super) indices: Buffer,
+    pub(super) draws: Vec<Draw>,
+    _buffers: Vec<Buffer>,
+    _images: Vec<Image>,
+    _sampler: Sampler,
+}
+
+struct Sampler {
+    raw: vk::Sampler,
+    gpu: Arc<Gpu>,
+}
+
+impl Drop for Sampler {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the GPU before they drop the scene.
+        unsafe { self.gpu.device.destroy_sampler(self.raw, None) };
+    }
+}
+
+impl Sampler {
+    fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        let info = vk::SamplerCreateInfo::default()
+            .mag_filter(vk::Filter::LINEAR)
+            .min_filter(vk::Filter::LINEAR)
+            .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
+            .address_mode_u(vk::SamplerAddressMode::REPEAT)
+            .address_mode_v(vk::SamplerAddressMode::REPEAT)
+            .anisotropy_enable(gpu.features().anisotropy)
+            .max_anisotropy(8.0)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        // SAFETY: anisotropy is only enabled where the feature is.
+        let raw = check("the texture sampler", unsafe { gpu.device.create_sampler(&info, None) })?;
+        Ok(Self { raw, gpu: Arc::clone(gpu) })
+    }
+}
+
+impl SceneSet {
+    /// Uploads a scene.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when a part exceeds the device's storage buffer range; [`Error::Memory`].
+    pub fn new(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Self> {
+        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let vertices =
+            storage_buffer(gpu, "scene vertices", data.vertices, storage | vk::BufferUsageFlags::VERTEX_BUFFER)?;
+        let indices =
+            storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
+        let buffers = [
+            ("BVH nodes", data.nodes),
+            ("BVH triangles", data.triangles),
+            ("materials", data.materials),
+            ("scene lights", data.lights),
+        ]
+        .into_iter()
+        .map(|(name, bytes)| storage_buffer(gpu, name, bytes, storage))
+        .collect::<Result<Vec<_>>>()?;
+        let sampler = Sampler::new(gpu)?;
+        let images = upload_textures(gpu, data)?;
+        let bound = |b: &Buffer| Bound::Storage { buffer: b.raw, size_bytes: b.size_bytes };
+        let texture = |i: &Image| Bound::Texture { view: i.view, sampler: sampler.raw };
+        let contents = vec![
+            (0, bound(&buffers[0])),
+            (1, bound(&buffers[1])),
+            (2, bound(&vertices)),
+            (3, bound(&indices)),
+            (4, bound(&buffers[2])),
+            (5, bound(&buffers[3])),
+            (6, texture(&images[0])),
+        ];
+        let scene = Sets::new(
+            gpu,
+            "scene",
+            vk::ShaderStageFlags::COMPUTE | vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
+            &[contents],
+        )?;
+        let per_material: Vec<_> = data
+            .material_textures
+            .iter()
+            .map(|(color, normal)| {
+                // Image 0 is the albedo array, 1 plain white, textures follow.
+                let image = |t: &Option<u32>| &images[t.map_or(1, |t| t as usize + 2)];
+                vec![(0, texture(image(color))), (1, texture(image(normal)))]
+            })
+            .collect();
+        let materials = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
+        Ok(Self {
+            scene,
+            materials,
+            vertices,
+            indices,
+            draws: data.draws.to_vec(),
+            _buffers: buffers,
+            _images: images,
+            _sampler: sampler,
+        })
+    }
+}
+
+fn storage_buffer(gpu: &Arc<Gpu>, name: &str, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<Buffer> {
+    let limit = gpu.report().limits.storage_range_bytes;
+    if bytes.len() as u64 > limit {
+        return Err(Error::Failure(format!(
+            "the scene is too large for this device: {name} take {} MiB, a storage buffer holds {} MiB",
+            bytes.len() >> 20,
+            limit >> 20
+        )));
+    }
+    let buffer = Buffer::new(gpu, name, bytes.len().max(64) as u64, usage | vk::BufferUsageFlags::TRANSFER_DST)?;
+    upload_buffer(gpu, &buffer, bytes)?;
+    Ok(buffer)
+}
+
+/// The albedo array, one white texel, and every texture with its mips.
+fn upload_textures(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Vec<Image>> {
+    let srgb = vk::Format::R8G8B8A8_SRGB;
+    let edge = data.albedo_size_px;
+    let info = TextureInfo {
+        format: srgb,
+        width_px: edge,
+        height_px: edge,
+        mips: 1,
+        layers: data.albedo_layers.len() as u32,
+        array: true,
+    };
+    let array = Image::texture(gpu, "albedo array", info)?;
+    let layers: Vec<_> = data
+        .albedo_layers
+        .iter()
+        .enumerate()
+        .map(|(layer, texels)| Subresource { mip: 0, layer: layer as u32, width_px: edge, height_px: edge, texels })
+        .collect();
+    upload_image(gpu, &array, &layers)?;
+    let mut images = vec![array];
+    let white: MipChain = vec![(1, 1, vec![255; 4])];
+    images.push(upload_mips(gpu, "white", srgb, &white)?);
+    for (index, (is_srgb, mips)) in data.textures.iter().enumerate() {
+        let format = if *is_srgb { srgb } else { vk::Format::R8G8B8A8_UNORM };
+        images.push(upload_mips(gpu, &format!("texture {index}"), format, mips)?);
+    }
+    Ok(images)
+}
+
+fn upload_mips(gpu: &Arc<Gpu>, name: &str, format: vk::Format, mips: &MipChain) -> Result<Image> {
+    let (width_px, height_px, _) = mips[0];
+    let limit = gpu.report().limits.image_edge_px;
+    if width_px > limit || height_px > limit {
+        return Err(Error::Failure(format!(
+            "{name} is {width_px}x{height_px}, this device's images end at {limit}x{limit}"
+        )));
+    }
+    let info = TextureInfo { format, width_px, height_px, mips: mips.len() as u32, layers: 1, array: false };
+    let image = Image::texture(gpu, name, info)?;
+    let parts: Vec<_> = mips
+        .iter()
+        .enumerate()
+        .map(|(mip, (width_px, height_px, texels))| Subresource {
+            mip: mip as u32,
+            layer: 0,
+            width_px: *width_px,
+            height_px: *height_px,
+            texels,
+        })
+        .collect();
+    upload_image(gpu, &image, &parts)?;
+    Ok(image)
+}

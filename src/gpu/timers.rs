@@ -1,0 +1,70 @@
+//! GPU timestamps: one at the start of the frame and one after every pass.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::check;
+use super::device::Gpu;
+use crate::error::Result;
+
+/// A query pool for the timestamps of one frame in flight.
+pub(super) struct Timers {
+    pool: vk::QueryPool,
+    count: u32,
+    gpu: Arc<Gpu>,
+}
+
+impl Timers {
+    pub fn new(gpu: &Arc<Gpu>, pass_count: usize) -> Result<Self> {
+        let count = pass_count as u32 + 1;
+        let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(count);
+        // SAFETY: valid create info.
+        let pool = check("the timestamp pool", unsafe { gpu.device.create_query_pool(&info, None) })?;
+        gpu.set_name(pool, "timestamps");
+        Ok(Self { pool, count, gpu: Arc::clone(gpu) })
+    }
+
+    /// Resets the pool and writes the first timestamp.
+    pub fn begin(&self, commands: vk::CommandBuffer) {
+        // SAFETY: recording outside a rendering scope; the pool's last frame has been waited for.
+        unsafe { self.gpu.device.cmd_reset_query_pool(commands, self.pool, 0, self.count) };
+        self.write(commands, 0);
+    }
+
+    /// Writes the timestamp after pass `index`.
+    pub fn after_pass(&self, commands: vk::CommandBuffer, index: usize) {
+        self.write(commands, index as u32 + 1);
+    }
+
+    /// `ALL_COMMANDS` on both ends: a pass's time is from the completion of everything before it to its own.
+    fn write(&self, commands: vk::CommandBuffer, query: u32) {
+        // SAFETY: recording outside a rendering scope; the query was reset in `begin`.
+        unsafe {
+            self.gpu.device.cmd_write_timestamp2(
+                commands,
+                vk::PipelineStageFlags2::ALL_COMMANDS,
+                self.pool,
+                query,
+            );
+        }
+    }
+
+    /// Milliseconds of each pass; call after the frame's completion.
+    pub fn read_ms(&self) -> Result<Vec<f64>> {
+        let mut ticks = vec![0_u64; self.count as usize];
+        // SAFETY: the frame that wrote the queries has completed, so all results are available.
+        check("reading timestamps", unsafe {
+            self.gpu.device.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
+        })?;
+        let ms_per_tick = f64::from(self.gpu.report().limits.timestamp_period_ns) * 1e-6;
+        Ok(ticks.windows(2).map(|t| t[1].saturating_sub(t[0]) as f64 * ms_per_tick).collect())
+    }
+}
+
+impl Drop for Timers {
+    fn drop(&mut self) {
+        // SAFETY: the executor waits for the GPU before it drops its slots.
+        unsafe { self.gpu.device.destroy_query_pool(self.pool, None) };
+    }
+}

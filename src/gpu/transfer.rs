@@ -1,0 +1,198 @@
+//! Uploads and downloads outside frames: scene data before the first frame, results after the last.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::Buffer;
+use super::check;
+use super::device::Gpu;
+use super::image::Image;
+use crate::error::Result;
+
+/// Bytes staged at a time when a buffer is uploaded.
+const STAGING_BYTES: usize = 32 << 20;
+
+/// Records commands with `record`, submits them and waits.
+pub(super) fn submit_once(gpu: &Arc<Gpu>, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+    let info = vk::CommandPoolCreateInfo::default()
+        .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+        .queue_family_index(gpu.queue_family);
+    // SAFETY: valid create info; destroyed below after the wait.
+    let pool = check("a command pool", unsafe { gpu.device.create_command_pool(&info, None) })?;
+    let result = submit_from(gpu, pool, record);
+    // SAFETY: `submit_from` has waited for the queue, or submission failed.
+    unsafe { gpu.device.destroy_command_pool(pool, None) };
+    result
+}
+
+fn submit_from(gpu: &Arc<Gpu>, pool: vk::CommandPool, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+    let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+    let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+    // SAFETY: the pool and queue belong to this device and this thread; the wait keeps everything alive.
+    unsafe {
+        let commands = check("a command buffer", gpu.device.allocate_command_buffers(&info))?[0];
+        check("vkBeginCommandBuffer", gpu.device.begin_command_buffer(commands, &begin))?;
+        record(commands);
+        check("vkEndCommandBuffer", gpu.device.end_command_buffer(commands))?;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        check("vkQueueSubmit2", gpu.device.queue_submit2(gpu.queue, &submit, vk::Fence::null()))?;
+        check("vkQueueWaitIdle", gpu.device.queue_wait_idle(gpu.queue))
+    }
+}
+
+/// A barrier that makes everything before visible to everything after.
+pub(super) fn full_barrier(gpu: &Gpu, commands: vk::CommandBuffer) {
+    let barrier = [vk::MemoryBarrier2::default()
+        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .src_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+        .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS | vk::PipelineStageFlags2::HOST)
+        .dst_access_mask(
+            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE | vk::AccessFlags2::HOST_READ,
+        )];
+    let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+    // SAFETY: recording outside a rendering scope.
+    unsafe { gpu.device.cmd_pipeline_barrier2(commands, &info) };
+}
+
+/// Changes the layout of a whole colour or depth image, waiting for everything before.
+pub(super) fn image_layout(
+    gpu: &Gpu,
+    commands: vk::CommandBuffer,
+    image: vk::Image,
+    aspect_mask: vk::ImageAspectFlags,
+    old: vk::ImageLayout,
+    new: vk::ImageLayout,
+) {
+    let barrier = [vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+        .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+        .old_layout(old)
+        .new_layout(new)
+        .image(image)
+        .subresource_range(vk::ImageSubresourceRange {
+            aspect_mask,
+            base_mip_level: 0,
+            level_count: vk::REMAINING_MIP_LEVELS,
+            base_array_layer: 0,
+            layer_count: vk::REMAINING_ARRAY_LAYERS,
+        })];
+    let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+    // SAFETY: recording outside a rendering scope; the image is alive.
+    unsafe { gpu.device.cmd_pipeline_barrier2(commands, &info) };
+}
+
+/// Copies `bytes` to the start of `target`.
+pub(super) fn upload_buffer(gpu: &Arc<Gpu>, target: &Buffer, bytes: &[u8]) -> Result<()> {
+    let size = bytes.len().clamp(4, STAGING_BYTES);
+    let mut staging = Buffer::host(gpu, "staging", size as u64, vk::BufferUsageFlags::TRANSFER_SRC)?;
+    for (index, chunk) in bytes.chunks(STAGING_BYTES).enumerate() {
+        staging.mapped_mut()[..chunk.len()].copy_from_slice(chunk);
+        let region = [vk::BufferCopy {
+            src_offset: 0,
+            dst_offset: (index * STAGING_BYTES) as u64,
+            size: chunk.len() as u64,
+        }];
+        submit_once(gpu, |commands| {
+            // SAFETY: both buffers are alive and large enough.
+            unsafe { gpu.device.cmd_copy_buffer(commands, staging.raw, target.raw, &region) };
+            full_barrier(gpu, commands);
+        })?;
+    }
+    Ok(())
+}
+
+/// One subresource of an image upload: mip level, array layer, width, height, texels.
+pub(super) struct Subresource<'a> {
+    pub mip: u32,
+    pub layer: u32,
+    pub width_px: u32,
+    pub height_px: u32,
+    pub texels: &'a [u8],
+}
+
+/// Fills a texture and leaves it in `SHADER_READ_ONLY_OPTIMAL`.
+pub(super) fn upload_image(gpu: &Arc<Gpu>, image: &Image, parts: &[Subresource<'_>]) -> Result<()> {
+    let size: usize = parts.iter().map(|p| p.texels.len()).sum();
+    let mut staging = Buffer::host(gpu, "staging", size as u64, vk::BufferUsageFlags::TRANSFER_SRC)?;
+    let mut offset = 0;
+    let mut regions = Vec::with_capacity(parts.len());
+    for part in parts {
+        staging.mapped_mut()[offset..offset + part.texels.len()].copy_from_slice(part.texels);
+        regions.push(
+            vk::BufferImageCopy::default()
+                .buffer_offset(offset as u64)
+                .image_subresource(vk::ImageSubresourceLayers {
+                    aspect_mask: vk::ImageAspectFlags::COLOR,
+                    mip_level: part.mip,
+                    base_array_layer: part.layer,
+                    layer_count: 1,
+                })
+                .image_extent(vk::Extent3D { width: part.width_px, height: part.height_px, depth: 1 }),
+        );
+        offset += part.texels.len();
+    }
+    submit_once(gpu, |commands| {
+        let layout = |old, new| {
+            image_layout(gpu, commands, image.raw, vk::ImageAspectFlags::COLOR, old, new);
+        };
+        layout(vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        // SAFETY: the staging buffer holds every region; the image is in the layout named.
+        unsafe {
+            gpu.device.cmd_copy_buffer_to_image(
+                commands,
+                staging.raw,
+                image.raw,
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                &regions,
+            );
+        }
+        layout(vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+    })
+}
+
+/// Reads `size_bytes` from the start of a buffer.
+pub(super) fn download_buffer(gpu: &Arc<Gpu>, source: vk::Buffer, size_bytes: u64) -> Result<Vec<u8>> {
+    let staging = Buffer::host(gpu, "readback", size_bytes, vk::BufferUsageFlags::TRANSFER_DST)?;
+    let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: size_bytes }];
+    submit_once(gpu, |commands| {
+        full_barrier(gpu, commands);
+        // SAFETY: both buffers are alive and large enough.
+        unsafe { gpu.device.cmd_copy_buffer(commands, source, staging.raw, &region) };
+        full_barrier(gpu, commands);
+    })?;
+    Ok(staging.mapped()[..size_bytes as usize].to_vec())
+}
+
+/// Reads a whole image of one mip and layer, rows packed, and gives it back in `layout`.
+pub(super) fn download_image(
+    gpu: &Arc<Gpu>,
+    source: vk::Image,
+    aspect: vk::ImageAspectFlags,
+    layout: vk::ImageLayout,
+    extent_px: [u32; 2],
+    texel_bytes: u64,
+) -> Result<Vec<u8>> {
+    let size = u64::from(extent_px[0]) * u64::from(extent_px[1]) * texel_bytes;
+    let staging = Buffer::host(gpu, "readback", size, vk::BufferUsageFlags::TRANSFER_DST)?;
+    let region = [vk::BufferImageCopy::default()
+        .image_subresource(vk::ImageSubresourceLayers {
+            aspect_mask: aspect,
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        })
+        .image_extent(vk::Extent3D { width: extent_px[0], height: extent_px[1], depth: 1 })];
+    let copy_layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+    submit_once(gpu, |commands| {
+        image_layout(gpu, commands, source, aspect, layout, copy_layout);
+        // SAFETY: the staging buffer is large enough; the image is in the layout named.
+        unsafe { gpu.device.cmd_copy_image_to_buffer(commands, source, copy_layout, staging.raw, &region) };
+        image_layout(gpu, commands, source, aspect, copy_layout, layout);
+        full_barrier(gpu, commands);
+    })?;
+    Ok(staging.mapped()[..size as usize].to_vec())
+}

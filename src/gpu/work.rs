@@ -1,0 +1,181 @@
+//! What a pass does, as data: the payload of the frame graph's passes. The executor turns it into commands.
+
+use ash::vk;
+
+use crate::graph::{BufferHandle, ImageHandle};
+
+/// The work of one pass.
+#[derive(Clone, Debug)]
+pub enum Work {
+    /// One compute dispatch.
+    Compute(ComputeWork),
+    /// One dynamic-rendering scope with its draws.
+    Raster(RasterWork),
+    /// Fills, updates and copies.
+    Transfer(Vec<TransferOp>),
+}
+
+/// One compute dispatch.
+#[derive(Clone, Debug)]
+pub struct ComputeWork {
+    /// Shader variant, as in `bounds/reduce_bounds.comp`.
+    pub shader: String,
+    /// Specialization constants 0, 1, 2, ...
+    pub constants: Vec<u32>,
+    /// Push constants, at most 32 words.
+    pub push: Vec<u32>,
+    /// How many workgroups.
+    pub dispatch: Dispatch,
+    /// Whether the shader reads the scene (descriptor set 1).
+    pub uses_scene: bool,
+}
+
+/// How many workgroups a dispatch has.
+#[derive(Clone, Copy, Debug)]
+pub enum Dispatch {
+    /// Known when the graph is built.
+    Groups([u32; 3]),
+    /// Read from a buffer on the GPU (`VkDispatchIndirectCommand`).
+    Indirect {
+        /// Buffer with the command; the pass must declare `Access::IndirectRead` of it.
+        buffer: BufferHandle,
+        /// Where in the buffer.
+        offset_bytes: u64,
+    },
+}
+
+impl Dispatch {
+    /// One thread per item in workgroups of `group_size`.
+    #[must_use]
+    pub fn threads(count: u32, group_size: u32) -> Self {
+        Self::Groups([count.div_ceil(group_size).max(1), 1, 1])
+    }
+
+    /// One thread per pixel in square workgroups of edge `tile`.
+    #[must_use]
+    pub fn pixels(width: u32, height: u32, tile: u32) -> Self {
+        Self::Groups([width.div_ceil(tile), height.div_ceil(tile), 1])
+    }
+}
+
+/// A colour attachment.
+#[derive(Clone, Copy, Debug)]
+pub struct ColorTarget {
+    /// The image; the pass must declare a colour attachment access of it.
+    pub image: ImageHandle,
+    /// Clear value as raw 32-bit words (floats by `to_bits`), or `None` to load.
+    pub clear: Option<[u32; 4]>,
+}
+
+/// The depth attachment.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthTarget {
+    /// The image; the pass must declare a depth attachment access of it.
+    pub image: ImageHandle,
+    /// Clear value, or `None` to load.
+    pub clear: Option<f32>,
+    /// Whether draws write depth.
+    pub write: bool,
+}
+
+/// One rendering scope.
+#[derive(Clone, Debug)]
+pub struct RasterWork {
+    /// Colour attachments by location.
+    pub colors: Vec<ColorTarget>,
+    /// Depth attachment.
+    pub depth: Option<DepthTarget>,
+    /// Render area, from the origin.
+    pub extent_px: [u32; 2],
+    /// Draws in order.
+    pub draws: Vec<RasterDraw>,
+    /// Whether shaders read the scene (descriptor set 1).
+    pub uses_scene: bool,
+}
+
+/// Fixed-function state of a draw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RasterState {
+    /// Add the fragment's output to every colour attachment instead of replacing it.
+    pub additive_blend: bool,
+    /// Depth comparison; `None` is no test.
+    pub depth_compare: Option<vk::CompareOp>,
+    /// Write depth.
+    pub depth_write: bool,
+    /// Which faces to drop. Front faces are counter-clockwise as seen in the picture.
+    pub cull: vk::CullModeFlags,
+    /// Whether the scene's vertex and index buffers are bound.
+    pub scene_vertices: bool,
+}
+
+/// Viewport in pixels; may start outside the render area.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewport {
+    /// Left edge.
+    pub x_px: f32,
+    /// Top edge.
+    pub y_px: f32,
+    /// Width.
+    pub width_px: f32,
+    /// Height.
+    pub height_px: f32,
+    /// Scissor rectangle: x, y, width, height.
+    pub scissor_px: [u32; 4],
+}
+
+/// One draw with its pipeline.
+#[derive(Clone, Debug)]
+pub struct RasterDraw {
+    /// Vertex shader variant.
+    pub vertex: String,
+    /// Fragment shader variant.
+    pub fragment: String,
+    /// Specialization constants of both shaders.
+    pub constants: Vec<u32>,
+    /// Push constants of both shaders, at most 32 words.
+    pub push: Vec<u32>,
+    /// Fixed-function state.
+    pub state: RasterState,
+    /// Viewport and scissor.
+    pub viewport: Viewport,
+    /// What to draw.
+    pub call: DrawCall,
+}
+
+/// What a draw draws.
+#[derive(Clone, Copy, Debug)]
+pub enum DrawCall {
+    /// Vertices and instances known when the graph is built.
+    Direct {
+        /// Vertex count.
+        vertex_count: u32,
+        /// Instance count.
+        instance_count: u32,
+    },
+    /// `VkDrawIndirectCommand` in a buffer on the GPU.
+    Indirect {
+        /// Buffer with the command; the pass must declare `Access::IndirectRead` of it.
+        buffer: BufferHandle,
+        /// Where in the buffer.
+        offset_bytes: u64,
+    },
+    /// Every draw of the scene with its material's textures in descriptor set 2.
+    Scene,
+}
+
+/// One transfer command.
+#[derive(Clone, Copy, Debug)]
+pub enum TransferOp {
+    /// Writes the frame's constants (given to `Executor::run`) to the start of the buffer.
+    FrameData {
+        /// Destination.
+        buffer: BufferHandle,
+    },
+    /// Fills the whole buffer with one word.
+    Fill {
+        /// Destination.
+        buffer: BufferHandle,
+        /// The word.
+        value: u32,
+    },
+}

@@ -1,0 +1,49 @@
+//! What the CPU and the shaders share: constants and structs. The constants reach GLSL through the include
+//! `constants.glsl`, generated here, so that no number is typed twice.
+
+use std::fmt::Write as _;
+
+mod structs;
+
+pub use structs::{FrameData, GpuMaterial, GridLight, GridPlacement, LEVEL_ROWS, PunctualLight};
+
+macro_rules! shared_constants {
+    ($($(#[$doc:meta])* $name:ident = $value:expr;)*) => {
+        $($(#[$doc])* pub const $name: u32 = $value;)*
+
+        /// The text of the generated include `constants.glsl`.
+        #[must_use]
+        pub fn glsl_constants() -> String {
+            let mut text = String::new();
+            $(let _ = writeln!(text, "#define {} {}u", stringify!($name), $name);)*
+            text
+        }
+    };
+}
+
+shared_constants! {
+    /// Invocations of a one-dimensional workgroup; the portability baseline allows 256.
+    WORKGROUP_SIZE = 256;
+    /// Edge of a two-dimensional workgroup.
+    TILE_SIZE = 8;
+    /// Invocations that gather one grid vertex together.
+    GATHER_SIZE = 64;
+    /// Coarsest level that the tables have room for; levels are 1..=MAX_LEVEL, level 0 is the lights.
+    MAX_LEVEL = 10;
+    /// Words per S1 moment record: 14 sums, each a 64-bit fixed-point number in two words.
+    MOMENT_WORDS = 28;
+    /// Most shadow samples (reservoirs) per pixel.
+    MAX_SHADOW_SAMPLES = 16;
+    /// Words that one workgroup of the exclusive scan covers.
+    SCAN_BLOCK = 1024;
+    /// Light kind in `PunctualLight`.
+    LIGHT_DIRECTIONAL = 0;
+    /// Light kind in `PunctualLight`.
+    LIGHT_POINT = 1;
+    /// Light kind in `PunctualLight`.
+    LIGHT_SPOT = 2;
+    /// Marks "no texture layer".
+    NO_LAYER = 0xffff_ffff;
+    /// Marks "no light" in a reservoir.
+    NO_LIGHT = 0xffff_ffff;
+}

@@ -1,0 +1,128 @@
+//! Structs that shaders read: `repr(C)`, no implicit padding, no bare `vec3` in GLSL. `tests/layout.rs`
+//! compares every offset with the SPIR-V.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::MAX_LEVEL;
+
+/// Rows of [`FrameData::levels`].
+pub const LEVEL_ROWS: usize = MAX_LEVEL as usize + 2;
+
+/// The frame's constants, a uniform buffer (`common/frame.glsl`, std140).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FrameData {
+    /// Reversed-Z, infinite far plane, column major.
+    pub clip_from_world: [[f32; 4]; 4],
+    /// Eye position; near plane distance.
+    pub eye_near: [f32; 4],
+    /// Viewing direction.
+    pub forward: [f32; 4],
+    /// Right vector times tan(half horizontal field of view).
+    pub right: [f32; 4],
+    /// Up vector times tan(half vertical field of view).
+    pub up: [f32; 4],
+    /// Scene centre; scene radius.
+    pub scene_sphere: [f32; 4],
+    /// Image size in pixels; size of one interleaved sub-image.
+    pub size: [u32; 4],
+    /// Interleave n; shadow samples k; first level for shadow samples; first level used for lighting.
+    pub sampling: [u32; 4],
+    /// Lmax; VPL capacity; path count; most bounces.
+    pub counts: [u32; 4],
+    /// Seed; lights in the direct pass; first scene light of the hierarchy; scene lights of the hierarchy.
+    pub lights: [u32; 4],
+    /// Alpha; squared singularity clamp; exposure (0 = automatic); ray offset.
+    pub tuning: [f32; 4],
+    /// Per level 0..=MAX_LEVEL+1: vertices per axis; words per row; first word; first word of the next level.
+    pub levels: [[u32; 4]; LEVEL_ROWS],
+}
+
+/// A material as traced rays see it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GpuMaterial {
+    /// Linear base-colour factor.
+    pub base_color: [f32; 4],
+    /// Layer of the albedo array or `NO_LAYER`.
+    pub albedo_layer: u32,
+    /// Holes below this alpha; negative when opaque.
+    pub alpha_cutoff: f32,
+    /// glTF normal scale.
+    pub normal_scale: f32,
+    /// 1 when the material has a normal map.
+    pub has_normal_map: u32,
+}
+
+/// A light of the scene file.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PunctualLight {
+    /// Position (unused for directional lights).
+    pub position_ws: [f32; 3],
+    /// `LIGHT_DIRECTIONAL`, `LIGHT_POINT` or `LIGHT_SPOT`.
+    pub kind: u32,
+    /// Unit direction of travel.
+    pub direction_ws: [f32; 3],
+    /// Cosine of the inner cone.
+    pub inner_cos: f32,
+    /// Irradiance (directional) or radiant intensity.
+    pub intensity: [f32; 3],
+    /// Cosine of the outer cone.
+    pub outer_cos: f32,
+    /// Light paths up to this fraction of all start at this light or one before it.
+    pub path_cdf: f32,
+    /// Fraction of the paths that start here.
+    pub path_probability: f32,
+    /// Unused.
+    pub padding: [f32; 2],
+}
+
+/// A light of the hierarchy: S0 (VPLs and scene lights), S1 and up. Radiant intensity towards the unit
+/// direction w is `flux / pi * ((1 - |lobe|) / 4 + max(dot(lobe, w), 0))`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GridLight {
+    /// Illumination centre.
+    pub position_ws: [f32; 3],
+    /// Sum of luminance weights (linear, unnormalised): Σ w·m.
+    pub luminance: f32,
+    /// Position variance per axis.
+    pub variance: [f32; 3],
+    /// Level, 0..=Lmax.
+    pub level: u32,
+    /// Luminance-weighted mean normal, length 0 (isotropic) to 1 (one direction).
+    pub lobe: [f32; 3],
+    /// Sum of trilinear weights.
+    pub weight: f32,
+    /// Flux, RGB.
+    pub flux: [f32; 3],
+    /// Index of the grid vertex within its level.
+    pub vertex: u32,
+}
+
+/// The grid's placement, computed on the GPU from the lights' bounds.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct GridPlacement {
+    /// Corner of vertex (0, 0, 0) of every level.
+    pub origin_ws: [f32; 3],
+    /// Edge of the top level's cell.
+    pub h_top: f32,
+    /// `1 / h_top`.
+    pub inverse_h_top: f32,
+    /// Largest component of any light's flux: the unit of the fixed-point sums.
+    pub flux_scale: f32,
+    /// Lights in S0.
+    pub light_count: u32,
+    /// Unused.
+    pub padding: u32,
+}
+
+const _: () = {
+    assert!(size_of::<GpuMaterial>() == 32);
+    assert!(size_of::<PunctualLight>() == 64);
+    assert!(size_of::<GridLight>() == 64);
+    assert!(size_of::<GridPlacement>() == 32);
+    assert!(size_of::<FrameData>() == 64 + 16 * 10 + 16 * LEVEL_ROWS);
+};

@@ -4,7 +4,17 @@
 //! Modelled on the ideas of Granite's render graph (plan as data) and kajiya's (declarations are the pass).
 
 mod access;
+mod alias;
+mod builder;
+mod check;
+mod dump;
+mod plan;
 mod resource;
 
-pub use access::Access;
-pub use resource::{BufferHandle, BufferInfo, Handle, ImageHandle, ImageInfo, Lifetime, Resource, ResourceInfo};
+pub use access::{Access, SyncScope};
+pub use alias::{AliasPlan, Placement, Requirement, add_alias_barriers, assign};
+pub use builder::{Graph, Pass, PassId, Use};
+pub use check::PlanError;
+pub use dump::to_dot;
+pub use plan::{Barrier, Plan, PlannedPass, plan};
+pub use resource::{BufferHandle, BufferInfo, Handle, ImageHandle, ImageInfo, Kind, Lifetime, Resource, ResourceInfo};

@@ -69,6 +69,29 @@ pub enum ResourceInfo {
     Image(ImageInfo),
 }
 
+/// What decides which accesses fit a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// A buffer.
+    Buffer,
+    /// An image with a colour aspect.
+    Color,
+    /// An image with a depth aspect.
+    Depth,
+}
+
+impl ResourceInfo {
+    /// Buffer, colour image or depth image.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Buffer(_) => Kind::Buffer,
+            Self::Image(info) if info.is_depth() => Kind::Depth,
+            Self::Image(_) => Kind::Color,
+        }
+    }
+}
+
 /// How long the contents must last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lifetime {

@@ -1,0 +1,160 @@
+//! The declaration of a frame: resources, and passes with what each does to them.
+
+use ash::vk;
+
+use super::access::Access;
+use super::resource::{BufferHandle, BufferInfo, Handle, ImageHandle, ImageInfo, Lifetime, Resource, ResourceInfo};
+
+/// Names a pass of one graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PassId(usize);
+
+impl PassId {
+    /// Position in the graph's pass list.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// One resource as one pass uses it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// The resource.
+    pub resource: Handle,
+    /// What the pass does with it.
+    pub access: Access,
+    /// Descriptor binding it is attached at; `None` for attachments, indirect arguments and copies.
+    pub binding: Option<u32>,
+}
+
+/// One step of the frame: a name, what it uses, and how to record it.
+#[derive(Clone, Debug)]
+pub struct Pass<P> {
+    /// Name, also its debug label, timing key and crash marker; unique in the graph.
+    pub name: String,
+    /// Everything the pass reads and writes.
+    pub uses: Vec<Use>,
+    /// How to record the pass; opaque to the plan.
+    pub payload: P,
+}
+
+impl<P> Pass<P> {
+    /// A pass that uses nothing yet.
+    pub fn new(name: impl Into<String>, payload: P) -> Self {
+        Self { name: name.into(), uses: Vec::new(), payload }
+    }
+
+    /// Attaches a resource at a descriptor binding.
+    #[must_use]
+    pub fn bind(mut self, binding: u32, resource: impl Into<Handle>, access: Access) -> Self {
+        self.uses.push(Use { resource: resource.into(), access, binding: Some(binding) });
+        self
+    }
+
+    /// Uses a resource without a descriptor: attachments, indirect arguments, copies.
+    ///
+    /// A resource used more than once in a pass counts as used in all those ways at once: if the pass writes it
+    /// at one stage and reads it at another, the pass must record the barriers in between itself.
+    #[must_use]
+    pub fn uses(mut self, resource: impl Into<Handle>, access: Access) -> Self {
+        self.uses.push(Use { resource: resource.into(), access, binding: None });
+        self
+    }
+}
+
+/// A whole frame: resources, and passes in the order they run.
+///
+/// Passes stay in the order they were added: the code that adds them is the frame's table of contents, and the
+/// plan checks that order rather than changing it.
+#[derive(Clone, Debug)]
+pub struct Graph<P> {
+    resources: Vec<Resource>,
+    passes: Vec<Pass<P>>,
+}
+
+impl<P> Default for Graph<P> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<P> Graph<P> {
+    /// An empty frame.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { resources: Vec::new(), passes: Vec::new() }
+    }
+
+    /// A buffer that is written before it is read in every frame.
+    pub fn transient_buffer(&mut self, name: &str, size_bytes: u64) -> BufferHandle {
+        self.buffer(name, size_bytes, Lifetime::Transient)
+    }
+
+    /// A buffer that keeps its contents from frame to frame.
+    pub fn persistent_buffer(&mut self, name: &str, size_bytes: u64) -> BufferHandle {
+        self.buffer(name, size_bytes, Lifetime::Persistent)
+    }
+
+    /// A buffer owned outside the graph, filled before the first frame and only read by passes.
+    pub fn imported_buffer(&mut self, name: &str, size_bytes: u64) -> BufferHandle {
+        self.buffer(name, size_bytes, Lifetime::Imported)
+    }
+
+    /// An image that is written before it is read in every frame.
+    pub fn transient_image(&mut self, name: &str, info: ImageInfo) -> ImageHandle {
+        ImageHandle(self.resource_slot(name, ResourceInfo::Image(info), Lifetime::Transient))
+    }
+
+    /// An image that keeps its contents and layout from frame to frame.
+    pub fn persistent_image(&mut self, name: &str, info: ImageInfo) -> ImageHandle {
+        ImageHandle(self.resource_slot(name, ResourceInfo::Image(info), Lifetime::Persistent))
+    }
+
+    /// Appends a pass to the frame.
+    pub fn add_pass(&mut self, pass: Pass<P>) -> PassId {
+        self.passes.push(pass);
+        PassId(self.passes.len() - 1)
+    }
+
+    /// Every resource; [`Handle::index`] is the position here.
+    #[must_use]
+    pub fn resources(&self) -> &[Resource] {
+        &self.resources
+    }
+
+    /// Every pass, in the order they run.
+    #[must_use]
+    pub fn passes(&self) -> &[Pass<P>] {
+        &self.passes
+    }
+
+    /// Usage flags the buffer needs for everything the passes do with it.
+    #[must_use]
+    pub fn buffer_usage(&self, buffer: BufferHandle) -> vk::BufferUsageFlags {
+        self.accesses(buffer.into()).fold(vk::BufferUsageFlags::empty(), |all, access| all | access.buffer_usage())
+    }
+
+    /// Usage flags the image needs for everything the passes do with it.
+    #[must_use]
+    pub fn image_usage(&self, image: ImageHandle) -> vk::ImageUsageFlags {
+        self.accesses(image.into()).fold(vk::ImageUsageFlags::empty(), |all, access| all | access.image_usage())
+    }
+
+    fn accesses(&self, resource: Handle) -> impl Iterator<Item = Access> {
+        self.passes
+            .iter()
+            .flat_map(|pass| &pass.uses)
+            .filter(move |used| used.resource == resource)
+            .map(|used| used.access)
+    }
+
+    fn buffer(&mut self, name: &str, size_bytes: u64, lifetime: Lifetime) -> BufferHandle {
+        BufferHandle(self.resource_slot(name, ResourceInfo::Buffer(BufferInfo { size_bytes }), lifetime))
+    }
+
+    fn resource_slot(&mut self, name: &str, info: ResourceInfo, lifetime: Lifetime) -> usize {
+        self.resources.push(Resource { name: name.to_owned(), info, lifetime });
+        self.resources.len() - 1
+    }
+}

@@ -1,0 +1,179 @@
+//! What can be wrong with a declared frame, found before any barrier is planned.
+
+use std::collections::{HashMap, HashSet};
+
+use super::access::{Access, SyncScope};
+use super::builder::{Graph, Pass};
+use super::resource::{Handle, Lifetime, Resource, ResourceInfo};
+
+/// Why a frame cannot be planned.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlanError {
+    /// Two passes share a name.
+    #[error("two passes are called `{pass}`")]
+    DuplicatePass {
+        /// The shared name.
+        pass: String,
+    },
+    /// Two resources share a name.
+    #[error("two resources are called `{resource}`")]
+    DuplicateResource {
+        /// The shared name.
+        resource: String,
+    },
+    /// A buffer of 0 bytes or an image without texels.
+    #[error("resource `{resource}` has no size")]
+    ZeroSize {
+        /// The resource.
+        resource: String,
+    },
+    /// A handle that no resource of this graph answers to.
+    #[error("pass `{pass}` uses resource number {index}, which this graph does not have")]
+    UnknownResource {
+        /// The pass.
+        pass: String,
+        /// The handle's index.
+        index: usize,
+    },
+    /// Two resources at one descriptor binding.
+    #[error("pass `{pass}` attaches `{resource}` at binding {binding}, which is already taken")]
+    DuplicateBinding {
+        /// The pass.
+        pass: String,
+        /// The resource attached second.
+        resource: String,
+        /// The binding number.
+        binding: u32,
+    },
+    /// An access that the kind of resource does not allow.
+    #[error("pass `{pass}` uses `{resource}` as {access:?}, which does not fit that kind of resource")]
+    DoesNotFit {
+        /// The pass.
+        pass: String,
+        /// The resource.
+        resource: String,
+        /// The access.
+        access: Access,
+    },
+    /// A write to something owned outside the graph.
+    #[error("pass `{pass}` writes `{resource}`, which is imported and so read-only")]
+    WriteToImported {
+        /// The pass.
+        pass: String,
+        /// The resource.
+        resource: String,
+    },
+    /// Contents read that no earlier pass of the frame wrote.
+    #[error("pass `{pass}` reads transient `{resource}`, which no earlier pass of the frame wrote")]
+    ReadBeforeWrite {
+        /// The pass.
+        pass: String,
+        /// The resource.
+        resource: String,
+    },
+    /// Two accesses of one pass that need the image in different layouts.
+    #[error("pass `{pass}` uses `{resource}` as {first:?} and as {second:?}, which need different layouts")]
+    Conflict {
+        /// The pass.
+        pass: String,
+        /// The resource.
+        resource: String,
+        /// The access declared first.
+        first: Access,
+        /// The access that disagrees with it.
+        second: Access,
+    },
+}
+
+impl From<PlanError> for crate::Error {
+    fn from(error: PlanError) -> Self {
+        Self::Failure(format!("the frame graph is wrong: {error}"))
+    }
+}
+
+/// Everything one pass does with one resource.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Need {
+    pub resource: Handle,
+    pub scope: SyncScope,
+    pub reads: bool,
+    pub writes: bool,
+    first: Access,
+}
+
+/// Checks the whole graph and gives, per pass, its uses merged by resource in order of declaration.
+pub(super) fn check<P>(graph: &Graph<P>) -> Result<Vec<Vec<Need>>, PlanError> {
+    let mut names = HashSet::new();
+    for resource in graph.resources() {
+        if !names.insert(&resource.name) {
+            return Err(PlanError::DuplicateResource { resource: resource.name.clone() });
+        }
+        let empty = match resource.info {
+            ResourceInfo::Buffer(info) => info.size_bytes == 0,
+            ResourceInfo::Image(info) => info.width_px == 0 || info.height_px == 0,
+        };
+        if empty {
+            return Err(PlanError::ZeroSize { resource: resource.name.clone() });
+        }
+    }
+    let mut names = HashSet::new();
+    let mut written = HashSet::new();
+    let mut all = Vec::new();
+    for pass in graph.passes() {
+        if !names.insert(&pass.name) {
+            return Err(PlanError::DuplicatePass { pass: pass.name.clone() });
+        }
+        let needs = merge_uses(pass, graph.resources())?;
+        for need in &needs {
+            let resource = &graph.resources()[need.resource.index()];
+            if resource.lifetime == Lifetime::Transient && need.reads && !written.contains(&need.resource) {
+                return Err(PlanError::ReadBeforeWrite { pass: pass.name.clone(), resource: resource.name.clone() });
+            }
+        }
+        written.extend(needs.iter().filter(|need| need.writes).map(|need| need.resource));
+        all.push(needs);
+    }
+    Ok(all)
+}
+
+fn merge_uses<P>(pass: &Pass<P>, resources: &[Resource]) -> Result<Vec<Need>, PlanError> {
+    let mut bindings = HashSet::new();
+    let mut needs: Vec<Need> = Vec::new();
+    let mut slots = HashMap::new();
+    for used in &pass.uses {
+        let index = used.resource.index();
+        let Some(resource) = resources.get(index) else {
+            return Err(PlanError::UnknownResource { pass: pass.name.clone(), index });
+        };
+        let names = || (pass.name.clone(), resource.name.clone());
+        if let Some(binding) = used.binding.filter(|&binding| !bindings.insert(binding)) {
+            let (pass, resource) = names();
+            return Err(PlanError::DuplicateBinding { pass, resource, binding });
+        }
+        let kind = resource.info.kind();
+        if !used.access.fits(kind) {
+            let (pass, resource) = names();
+            return Err(PlanError::DoesNotFit { pass, resource, access: used.access });
+        }
+        if resource.lifetime == Lifetime::Imported && used.access.is_write() {
+            let (pass, resource) = names();
+            return Err(PlanError::WriteToImported { pass, resource });
+        }
+        let scope = used.access.sync(kind);
+        let slot = *slots.entry(used.resource).or_insert(needs.len());
+        let (reads, writes) = (used.access.is_read(), used.access.is_write());
+        let Some(need) = needs.get_mut(slot) else {
+            needs.push(Need { resource: used.resource, scope, reads, writes, first: used.access });
+            continue;
+        };
+        if need.scope.layout != scope.layout {
+            let (pass, resource) = names();
+            return Err(PlanError::Conflict { pass, resource, first: need.first, second: used.access });
+        }
+        need.scope.stages |= scope.stages;
+        need.scope.access |= scope.access;
+        need.reads |= reads;
+        need.writes |= writes;
+    }
+    Ok(needs)
+}

@@ -1,0 +1,201 @@
+//! From a declared frame to its barriers, as plain data.
+//!
+//! Per resource the plan tracks the last write, the stages that have read since, what the write is already visible
+//! to, and the image layout. A layout transition counts as a write that is over as soon as it is visible.
+
+use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
+
+use super::builder::Graph;
+use super::check::{Need, PlanError, check};
+use super::resource::{Handle, ImageHandle, Lifetime, ResourceInfo};
+
+const WRITES: Mask = Mask::from_raw(
+    Mask::SHADER_STORAGE_WRITE.as_raw()
+        | Mask::COLOR_ATTACHMENT_WRITE.as_raw()
+        | Mask::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()
+        | Mask::TRANSFER_WRITE.as_raw(),
+);
+
+/// Everything an executor needs to record the frame, over and over on one queue.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The graph's passes, in the same order.
+    pub passes: Vec<PlannedPass>,
+    /// First and last pass that use each resource; `None` for one that no pass uses.
+    pub lifetimes: Vec<Option<(usize, usize)>>,
+    /// Layout each used persistent image must be brought to once, before the first frame; that transition (from
+    /// `UNDEFINED`) must be complete and visible to every stage.
+    pub initial: Vec<(ImageHandle, ImageLayout)>,
+    /// Per resource, stages and writes of its last uses in a frame: what new contents of its memory must wait for.
+    pub(super) last_uses: Vec<(Stage, Mask)>,
+}
+
+/// One pass of the plan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlannedPass {
+    /// The pass's name.
+    pub name: String,
+    /// What to record before the pass, in one batch; at most one barrier for each resource.
+    pub barriers: Vec<Barrier>,
+}
+
+/// One dependency between earlier uses of a resource and a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Barrier {
+    /// The resource.
+    pub resource: Handle,
+    /// Stages to wait for.
+    pub src_stage: Stage,
+    /// Writes to make available; `NONE` where only the order of execution matters.
+    pub src_access: Mask,
+    /// Stages that wait.
+    pub dst_stage: Stage,
+    /// Accesses the contents become visible to.
+    pub dst_access: Mask,
+    /// Layout the image is in; `UNDEFINED` for buffers, and for images whose contents are dropped.
+    pub old_layout: ImageLayout,
+    /// Layout the pass needs; `UNDEFINED` for buffers.
+    pub new_layout: ImageLayout,
+}
+
+impl Plan {
+    /// Number of barriers in a frame.
+    #[must_use]
+    pub fn barrier_count(&self) -> usize {
+        self.passes.iter().map(|pass| pass.barriers.len()).sum()
+    }
+}
+
+/// Checks the graph and plans the barriers of a frame that follows another frame of the same plan.
+///
+/// # Errors
+/// See [`PlanError`]: the first thing found wrong with the graph.
+pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
+    let needs = check(graph)?;
+    let resources = graph.resources();
+    let mut lifetimes: Vec<Option<(usize, usize)>> = vec![None; resources.len()];
+    for (index, pass) in needs.iter().enumerate() {
+        for need in pass {
+            lifetimes[need.resource.index()].get_or_insert((index, index)).1 = index;
+        }
+    }
+    let mut states = vec![State::default(); resources.len()];
+    let mut passes = Vec::new();
+    // The first run finds the state a frame leaves behind; the second plans the frame that starts from it.
+    for _ in 0..2 {
+        for (state, resource) in states.iter_mut().zip(resources) {
+            if resource.lifetime == Lifetime::Transient {
+                state.layout = Some(ImageLayout::UNDEFINED);
+            }
+        }
+        passes.clear();
+        for (pass, needs) in graph.passes().iter().zip(&needs) {
+            let tracked = needs.iter().filter(|need| resources[need.resource.index()].lifetime != Lifetime::Imported);
+            let barriers = tracked.filter_map(|need| states[need.resource.index()].advance(need)).collect();
+            passes.push(PlannedPass { name: pass.name.clone(), barriers });
+        }
+    }
+    let initial = resources
+        .iter()
+        .zip(&states)
+        .enumerate()
+        .filter(|(_, (resource, _))| {
+            resource.lifetime == Lifetime::Persistent && matches!(resource.info, ResourceInfo::Image(_))
+        })
+        .filter_map(|(index, (_, state))| state.layout.map(|layout| (ImageHandle(index), layout)))
+        .collect();
+    let last_uses = states.iter().map(|state| (state.write_stages | state.read_stages, state.write_access)).collect();
+    Ok(Plan { passes, lifetimes, initial, last_uses })
+}
+
+/// What is known of one resource between two passes.
+#[derive(Clone, Debug, Default)]
+struct State {
+    /// Stages of the last write, or stages that already wait for the last layout transition.
+    write_stages: Stage,
+    /// Writes not yet made available by a transition.
+    write_access: Mask,
+    /// Stages that have read since the last write.
+    read_stages: Stage,
+    /// Stage and access pairs that the last write is visible to.
+    visible: Vec<(Stage, Mask)>,
+    /// Current layout; `None` before the first use in a persistent resource's life, which takes what it needs.
+    layout: Option<ImageLayout>,
+}
+
+impl State {
+    /// Moves past one pass; the barrier to record before it, if it needs one.
+    fn advance(&mut self, need: &Need) -> Option<Barrier> {
+        let scope = need.scope;
+        let old_layout = self.layout.unwrap_or(scope.layout);
+        let transition = old_layout != scope.layout;
+        let unseen = need.reads && !self.sees(need);
+        let mut src_stage = Stage::NONE;
+        let mut src_access = Mask::NONE;
+        if transition || unseen || (need.writes && self.read_stages.is_empty()) {
+            src_stage |= self.write_stages;
+            src_access |= self.write_access;
+        }
+        if transition || need.writes {
+            src_stage |= self.read_stages;
+        }
+        let barrier = (transition || !src_stage.is_empty()).then_some(Barrier {
+            resource: need.resource,
+            src_stage,
+            src_access,
+            dst_stage: scope.stages,
+            dst_access: scope.access,
+            old_layout,
+            new_layout: scope.layout,
+        });
+
+        self.layout = Some(scope.layout);
+        if need.writes {
+            *self = Self {
+                write_stages: scope.stages,
+                write_access: scope.access & WRITES,
+                layout: self.layout,
+                ..Self::default()
+            };
+            return barrier;
+        }
+        if transition {
+            // Later barriers must follow the transition, so they wait for the stages that waited for it.
+            *self = Self { write_stages: scope.stages, layout: self.layout, ..Self::default() };
+        }
+        if barrier.is_some() {
+            self.visible.extend(pairs(scope.stages, scope.access));
+        }
+        self.read_stages |= scope.stages;
+        barrier
+    }
+
+    /// Whether everything the pass reads is already visible to it.
+    fn sees(&self, need: &Need) -> bool {
+        self.write_stages.is_empty()
+            || pairs(need.scope.stages, need.scope.access & !WRITES).all(|pair| self.visible.contains(&pair))
+    }
+}
+
+/// Every single stage with every single access that it can perform.
+fn pairs(stages: Stage, access: Mask) -> impl Iterator<Item = (Stage, Mask)> {
+    let bits = |raw: u64| (0..u64::BITS).map(|bit| 1 << bit).filter(move |bit| raw & bit != 0);
+    bits(stages.as_raw())
+        .flat_map(move |stage| bits(access.as_raw()).map(move |mask| (Stage::from_raw(stage), Mask::from_raw(mask))))
+        .filter(|&(stage, mask)| performs(stage, mask))
+}
+
+/// Whether a stage can perform an access, among the stages and accesses the graph knows.
+fn performs(stage: Stage, access: Mask) -> bool {
+    let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
+    match access {
+        Mask::DEPTH_STENCIL_ATTACHMENT_READ | Mask::DEPTH_STENCIL_ATTACHMENT_WRITE => tests.contains(stage),
+        Mask::COLOR_ATTACHMENT_READ | Mask::COLOR_ATTACHMENT_WRITE => stage == Stage::COLOR_ATTACHMENT_OUTPUT,
+        Mask::INDIRECT_COMMAND_READ => stage == Stage::DRAW_INDIRECT,
+        Mask::VERTEX_ATTRIBUTE_READ => stage == Stage::VERTEX_ATTRIBUTE_INPUT,
+        Mask::INDEX_READ => stage == Stage::INDEX_INPUT,
+        Mask::TRANSFER_READ | Mask::TRANSFER_WRITE => stage == Stage::ALL_TRANSFER,
+        Mask::HOST_READ => stage == Stage::HOST,
+        _ => (Stage::VERTEX_SHADER | Stage::FRAGMENT_SHADER | Stage::COMPUTE_SHADER).contains(stage),
+    }
+}

@@ -1,6 +1,7 @@
 //! gridlight: many-light rendering with the Lighting Grid Hierarchy on explicit Vulkan 1.3.
 
 pub mod error;
+pub mod gpu;
 pub mod graph;
 pub mod scene;
 pub mod shader;

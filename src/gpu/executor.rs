@@ -18,7 +18,7 @@ use super::timers::Timers;
 use super::transfer;
 use super::work::{RasterWork, Work};
 use crate::error::{Error, Result};
-use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Pass, Plan, plan};
+use crate::graph::{Access, BufferHandle, Graph, Handle, ImageHandle, Pass, Plan, ResourceInfo, Use, plan};
 
 /// Frames that may be on the GPU at once.
 const FRAMES_IN_FLIGHT: usize = 2;
@@ -183,7 +183,8 @@ impl Executor {
     /// Layout in which the frame leaves an image: that of its last use.
     fn final_layout(&self, image: ImageHandle) -> vk::ImageLayout {
         let uses = self.graph.passes().iter().flat_map(|p| &p.uses).filter(|u| u.resource == image.into());
-        uses.last().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.layout())
+        let kind = self.graph.resources()[Handle::from(image).index()].info.kind();
+        uses.last().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.sync(kind).layout)
     }
 
     fn wait_value(&self, value: u64) -> Result<()> {
@@ -287,14 +288,14 @@ impl Executor {
                 Access::ComputeUniform | Access::GraphicsUniform => Bound::Uniform { buffer: raw, size_bytes },
                 _ => Bound::Storage { buffer: raw, size_bytes },
             },
-            Physical::Image { view, .. } => match access {
+            Physical::Image { view, info, .. } => match access {
                 Access::ComputeSampled | Access::FragmentSampled | Access::DepthAttachmentReadSampled => {
-                    Bound::SampledImage { view, layout: access.layout() }
+                    Bound::SampledImage { view, layout: access.sync(ResourceInfo::Image(info).kind()).layout }
                 }
                 _ => Bound::StorageImage { view },
             },
         };
-        let physical = |u: &crate::graph::Use| self.resources.list[u.resource.index()];
+        let physical = |u: &Use| self.resources.list[u.resource.index()];
         pass.uses.iter().filter_map(|u| Some((u.binding?, bound(u.access, physical(u))))).collect()
     }
 }

@@ -43,7 +43,14 @@ fn end_label(executor: &Executor, commands: vk::CommandBuffer) {
 fn barriers(executor: &Executor, commands: vk::CommandBuffer, planned: &[Barrier]) {
     let mut buffers = Vec::new();
     let mut images = Vec::new();
+    // Where transients share memory, a barrier of one resource says nothing about the other's bytes: the
+    // global barrier carries the same scopes for all memory.
+    let mut global = vk::MemoryBarrier2::default();
     for barrier in planned {
+        global.src_stage_mask |= barrier.src_stage;
+        global.src_access_mask |= barrier.src_access;
+        global.dst_stage_mask |= barrier.dst_stage;
+        global.dst_access_mask |= barrier.dst_access;
         match executor.resources.list[barrier.resource.index()] {
             Physical::Buffer { raw, .. } => buffers.push(
                 vk::BufferMemoryBarrier2::default()
@@ -70,7 +77,11 @@ fn barriers(executor: &Executor, commands: vk::CommandBuffer, planned: &[Barrier
     if buffers.is_empty() && images.is_empty() {
         return;
     }
-    let info = vk::DependencyInfo::default().buffer_memory_barriers(&buffers).image_memory_barriers(&images);
+    let global = [global];
+    let info = vk::DependencyInfo::default()
+        .memory_barriers(&global)
+        .buffer_memory_barriers(&buffers)
+        .image_memory_barriers(&images);
     // SAFETY: recording outside a rendering scope; all objects belong to the executor.
     unsafe { executor.gpu.device.cmd_pipeline_barrier2(commands, &info) };
 }

@@ -64,7 +64,7 @@ impl Resources {
             })
             .collect();
         let aliases = assign(&plan.lifetimes, &requirements);
-        add_alias_barriers(plan, graph, &aliases, &requirements);
+        add_alias_barriers(plan, graph, &requirements, &aliases);
         resources.bind_shared(&aliases, &requirements, &classes)?;
         resources.bind_single(graph, &aliases)?;
         resources.create_views(graph)?;
@@ -89,7 +89,7 @@ impl Resources {
         match info {
             ResourceInfo::Buffer(buffer) => {
                 // Any buffer may be read back for tests and dumps.
-                let usage = graph.usage_of_buffer(index) | vk::BufferUsageFlags::TRANSFER_SRC;
+                let usage = graph.usage_of(index).0 | vk::BufferUsageFlags::TRANSFER_SRC;
                 let create = vk::BufferCreateInfo::default().size(buffer.size_bytes).usage(usage);
                 self.check_range(name, buffer.size_bytes)?;
                 // SAFETY: valid create info; destroyed in `drop`.
@@ -98,7 +98,7 @@ impl Resources {
                 Ok(Physical::Buffer { raw, size_bytes: buffer.size_bytes })
             }
             ResourceInfo::Image(info) => {
-                let usage = graph.usage_of_image(index) | vk::ImageUsageFlags::TRANSFER_SRC;
+                let usage = graph.usage_of(index).1 | vk::ImageUsageFlags::TRANSFER_SRC;
                 let create = vk::ImageCreateInfo::default()
                     .image_type(vk::ImageType::TYPE_2D)
                     .format(info.format)

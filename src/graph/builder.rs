@@ -129,6 +129,14 @@ impl<P> Graph<P> {
         &self.passes
     }
 
+    /// Usage flags resource `index` needs, as a buffer and as an image (one of them is empty).
+    #[must_use]
+    pub fn usage_of(&self, index: usize) -> (vk::BufferUsageFlags, vk::ImageUsageFlags) {
+        self.accesses(Handle(index)).fold(Default::default(), |(buffer, image), access| {
+            (buffer | access.buffer_usage(), image | access.image_usage())
+        })
+    }
+
     /// Usage flags the buffer needs for everything the passes do with it.
     #[must_use]
     pub fn buffer_usage(&self, buffer: BufferHandle) -> vk::BufferUsageFlags {

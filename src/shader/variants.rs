@@ -35,6 +35,9 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("shadow_rays/trace_shadow_rays.comp.glsl", RESERVOIR_LAYOUTS),
 ];
 
+/// A file with only itself as its variant.
+const PLAIN: &[VariantSpec] = &[("", &[])];
+
 /// `--shadow-samples 0` needs no reservoir, the other modes update it in three ways.
 const RESERVOIR_MODES: &[VariantSpec] = &[
     ("_none", &[("RESERVOIR_NONE", "1")]),
@@ -56,7 +59,7 @@ pub fn variants_of(relative: &str) -> Result<Vec<Variant>> {
         .into_iter()
         .find_map(|(stage, end)| Some((stem.strip_suffix(end)?.strip_suffix('.')?, stage, end)))
         .ok_or_else(|| Error::file(relative, "not a vertex, fragment or compute shader by its name"))?;
-    let specs = VARIANTS.iter().find(|(file, _)| *file == relative).map_or(&[("", &[][..])][..], |(_, specs)| specs);
+    let specs = VARIANTS.iter().find(|(file, _)| *file == relative).map_or(PLAIN, |(_, specs)| specs);
     Ok(specs
         .iter()
         .map(|(suffix, defines)| Variant { name: format!("{base}{suffix}.{end}"), stage, defines: defines.to_vec() })

@@ -1,0 +1,99 @@
+//! The program: reads the command line, does what it asks, answers with an exit code.
+
+pub mod headless;
+pub mod list_gpus;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+use log::LevelFilter;
+
+use crate::Result;
+use crate::cli::{self, Command, Verbosity};
+use crate::progress::Progress;
+
+/// Runs the program on a command line, program name first.
+pub fn run<I>(args: I) -> ExitCode
+where
+    I: IntoIterator,
+    I::Item: Into<OsString> + Clone,
+{
+    match cli::parse(args).and_then(execute) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(std::io::stderr(), "error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn execute(command: Command) -> Result<()> {
+    match command {
+        Command::Show(text) => {
+            say(&text);
+            Ok(())
+        }
+        Command::ListGpus { verbosity } => {
+            start_log(verbosity);
+            list_gpus::list()
+        }
+        Command::Render { settings, print_graph: true, verbosity } => {
+            start_log(verbosity);
+            headless::print_graph(&settings)
+        }
+        Command::Render { settings, print_graph: false, verbosity } => {
+            start_log(verbosity);
+            headless::render(&settings, Progress::new(verbosity.quiet), verbosity.quiet)
+        }
+    }
+}
+
+/// Prints on stdout. A reader that has gone away is no failure.
+pub fn say(text: &str) {
+    let mut stdout = std::io::stdout().lock();
+    let _ = stdout.write_all(text.trim_end().as_bytes());
+    let _ = stdout.write_all(b"\n");
+    let _ = stdout.flush();
+}
+
+/// Logs to stderr: warnings, with `-v` what this program does, with `-vv` in detail. `RUST_LOG` overrides.
+fn start_log(verbosity: Verbosity) {
+    let (own, others) = levels(verbosity);
+    let started = env_logger::Builder::new()
+        .filter_level(others)
+        .filter_module("gridlight", own)
+        .parse_default_env()
+        .format_timestamp(None)
+        .target(env_logger::Target::Stderr)
+        .try_init();
+    if started.is_err() {
+        log::debug!("another logger is in place");
+    }
+}
+
+/// The levels of this crate's messages and of the libraries'.
+fn levels(verbosity: Verbosity) -> (LevelFilter, LevelFilter) {
+    match verbosity {
+        Verbosity { quiet: true, .. } => (LevelFilter::Error, LevelFilter::Error),
+        Verbosity { verbose: 0, .. } => (LevelFilter::Warn, LevelFilter::Warn),
+        Verbosity { verbose: 1, .. } => (LevelFilter::Info, LevelFilter::Warn),
+        Verbosity { verbose: 2, .. } => (LevelFilter::Debug, LevelFilter::Info),
+        Verbosity { .. } => (LevelFilter::Trace, LevelFilter::Debug),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_follow_the_options() {
+        let own = |verbose, quiet| levels(Verbosity { verbose, quiet }).0;
+        assert_eq!(own(0, false), LevelFilter::Warn);
+        assert_eq!(own(1, false), LevelFilter::Info);
+        assert_eq!(own(2, false), LevelFilter::Debug);
+        assert_eq!(own(9, false), LevelFilter::Trace);
+        assert_eq!(own(0, true), LevelFilter::Error);
+    }
+}

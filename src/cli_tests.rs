@@ -1,0 +1,209 @@
+//! Tests of the command line.
+
+use std::path::Path;
+
+use super::*;
+
+fn command(args: &[&str]) -> Result<Command> {
+    parse(std::iter::once("gridlight").chain(args.iter().copied()))
+}
+
+fn settings(args: &[&str]) -> Settings {
+    match command(&[&["--headless"], args].concat()) {
+        Ok(Command::Render { settings, .. }) => *settings,
+        other => panic!("{args:?}: expected to render, got {other:?}"),
+    }
+}
+
+fn complaint(args: &[&str]) -> String {
+    match command(args) {
+        Err(error) => {
+            assert_eq!(error.exit_code(), 2, "{args:?}: {error}");
+            let sentence = error.to_string();
+            assert!(!sentence.contains('\n') && !sentence.starts_with("error"), "{sentence}");
+            sentence
+        }
+        Ok(command) => panic!("{args:?}: expected an error, got {command:?}"),
+    }
+}
+
+fn shown(args: &[&str]) -> String {
+    match command(args) {
+        Ok(Command::Show(text)) => text,
+        other => panic!("{args:?}: expected text, got {other:?}"),
+    }
+}
+
+#[test]
+fn clap_finds_no_fault() {
+    use clap::CommandFactory;
+    Args::command().debug_assert();
+}
+
+#[test]
+fn no_options_are_the_defaults() {
+    assert_eq!(settings(&[]), Settings { headless: true, ..Settings::default() });
+}
+
+#[test]
+fn every_option_arrives() {
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --lights both --vpls 7 \
+        --bounces 5 --levels 6 --alpha 2 --first-level 0 --interleave 4 --shadow-samples 16 --shadow-from 3 \
+        --reservoir race --build scatter --filter none --clamp 0 --seed 9 --exposure 0.5 --output a.exr \
+        --timings a.json --gpu llvmpipe --validation";
+    let expected = Settings {
+        scene: Some("a.gltf".into()),
+        headless: true,
+        frames: 8,
+        warmup: 2,
+        size: Size { width: 320, height: 180 },
+        camera: Some("atrium".into()),
+        technique: Technique::Lgh,
+        lights: LightSet::Both,
+        vpls: 7,
+        bounces: 5,
+        levels: Levels::Fixed(6),
+        alpha: 2.0,
+        first_level: 0,
+        interleave: 4,
+        shadow_samples: 16,
+        shadow_from: 3,
+        reservoir: Some(Reservoir::Race),
+        build: Build::Scatter,
+        filter: Filter::None,
+        clamp: 0.0,
+        seed: 9,
+        exposure: Exposure::Fixed(0.5),
+        output: Some("a.exr".into()),
+        timings: Some("a.json".into()),
+        gpu: Some("llvmpipe".into()),
+        validation: true,
+    };
+    assert_eq!(settings(&line.split_whitespace().collect::<Vec<_>>()), expected);
+    assert_eq!(settings(&["--technique", "direct"]).technique, Technique::Direct);
+    assert_eq!(settings(&["--levels", "auto", "--exposure", "auto"]), settings(&[]));
+}
+
+#[test]
+fn a_repeated_option_takes_the_last_value() {
+    let found = settings(&["--headless", "--size", "1x1", "--size", "2x3", "--output", "a.png", "--output", "b.exr"]);
+    assert_eq!(found.size, Size { width: 2, height: 3 });
+    assert_eq!(found.output.as_deref(), Some(Path::new("b.exr")));
+}
+
+#[test]
+fn command_line_over_file_over_defaults() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    let text = "headless = true\nframes = 5\nalpha = 2.0\nscene = \"f.glb\"\nreservoir = \"race\"\ncamera = 2\n";
+    std::fs::write(&path, text).unwrap();
+    let path = path.to_str().unwrap();
+    let Ok(Command::Render { settings, .. }) = command(&["--settings", path, "--frames", "9", "c.gltf"]) else {
+        panic!("expected to render");
+    };
+    let expected = Settings {
+        scene: Some("c.gltf".into()),
+        headless: true,
+        frames: 9,
+        alpha: 2.0,
+        reservoir: Some(Reservoir::Race),
+        camera: Some("2".into()),
+        ..Settings::default()
+    };
+    assert_eq!(*settings, expected);
+    let sentence = complaint(&["--settings", path, "--technique", "direct"]);
+    assert!(sentence.contains("technique direct has no reservoirs"), "{sentence}");
+}
+
+#[test]
+fn settings_files_are_checked_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.json");
+    std::fs::write(&path, "{\"vpls\": 0}").unwrap();
+    let path = path.to_str().unwrap();
+    assert_eq!(complaint(&["--headless", "--settings", path]), "vpls must be at least 1, not 0");
+    let sentence = complaint(&["--headless", "--vpls", "9", "--settings", path, "--timings", path]);
+    assert_eq!(sentence, "timings would overwrite the settings file: give another name");
+    let error = command(&["--headless", "--settings", "/no/such.toml"]).unwrap_err();
+    assert_eq!(error.exit_code(), 1);
+}
+
+#[test]
+fn there_is_no_window_yet() {
+    assert_eq!(complaint(&[]), "there is no window yet: add --headless to render without one");
+    assert!(matches!(command(&["--print-graph"]), Ok(Command::Render { print_graph: true, .. })));
+}
+
+#[test]
+fn listing_devices_needs_nothing_else() {
+    let verbosity = Verbosity { verbose: 2, quiet: false };
+    assert_eq!(command(&["--list-gpus", "-vv"]).unwrap(), Command::ListGpus { verbosity });
+    let Ok(Command::Render { verbosity, .. }) = command(&["--headless", "--quiet"]) else { panic!() };
+    assert_eq!(verbosity, Verbosity { verbose: 0, quiet: true });
+    let Ok(Command::Render { verbosity, .. }) = command(&["--headless", "--verbose", "-v"]) else { panic!() };
+    assert_eq!(verbosity, Verbosity { verbose: 2, quiet: false });
+}
+
+#[test]
+fn mistakes_get_one_sentence() {
+    let cases: [(&[&str], &str); 10] = [
+        (&["--vlps", "3"], "unexpected argument '--vlps' found; a similar argument exists: '--vpls'"),
+        (&["--vpls", "many"], "invalid value 'many' for '--vpls <N>'"),
+        (&["--vpls"], "a value is required for '--vpls <N>'"),
+        (&["--size", "big"], "`big` is not a size of the form WIDTHxHEIGHT"),
+        (&["--technique", "magic"], "lgh, direct"),
+        (&["--levels", "few"], "`few` is not `auto` or a whole number of levels"),
+        (&["--quiet", "-v"], "cannot be used with"),
+        (&["a.gltf", "b.gltf"], "unexpected argument 'b.gltf' found"),
+        (&["--alpha", "-1"], "alpha must be a finite number above 0, not -1"),
+        (&["--headless", "--output", "a.bmp"], "output a.bmp must end in .exr or .png"),
+    ];
+    for (args, part) in cases {
+        let sentence = complaint(args);
+        assert!(sentence.contains(part), "{args:?}: {sentence}");
+    }
+}
+
+#[test]
+fn help_names_every_option() {
+    let help = shown(&["--help"]);
+    let options = "--headless --frames --warmup --size --camera --technique --vpls --bounces --levels --alpha \
+        --first-level --interleave --shadow-samples --shadow-from --reservoir --build --filter --clamp --seed \
+        --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
+        --lights --help --version [SCENE]";
+    for option in options.split_whitespace() {
+        assert!(help.contains(option), "{option} is missing in\n{help}");
+    }
+    for heading in ["Run:", "Picture:", "Method:", "Shadows:", "Device:", "Output:", "Diagnostics:"] {
+        assert!(help.lines().any(|line| line == heading), "{heading} is missing in\n{help}");
+    }
+    for heading in ["Options:", "Arguments:"] {
+        assert!(!help.contains(heading), "an option without a group in\n{help}");
+    }
+}
+
+#[test]
+fn help_states_the_defaults() {
+    let help = shown(&["-h"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    let Settings { size, frames, warmup, vpls, bounces, alpha, clamp, seed, .. } = Settings::default();
+    for (option, default) in [
+        ("--size <WxH>", size.to_string()),
+        ("--frames <N>", frames.to_string()),
+        ("--warmup <N>", warmup.to_string()),
+        ("--vpls <N>", vpls.to_string()),
+        ("--bounces <N>", bounces.to_string()),
+        ("--alpha <CELLS>", alpha.to_string()),
+        ("--clamp <FRACTION>", clamp.to_string()),
+        ("--seed <N>", seed.to_string()),
+    ] {
+        let (_, rest) = help.split_once(option).unwrap_or_else(|| panic!("no {option}"));
+        let (_, stated) = rest.split_once("[default: ").unwrap();
+        assert_eq!(stated.split(']').next(), Some(default.as_str()), "{option}");
+    }
+}
+
+#[test]
+fn version_names_program_and_commit() {
+    let text = shown(&["--version"]);
+    assert!(text.starts_with(concat!("gridlight ", env!("CARGO_PKG_VERSION"), " (")), "{text}");
+}

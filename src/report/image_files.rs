@@ -1,0 +1,149 @@
+//! Pictures as files: OpenEXR for linear radiance, PNG for looking at. Row 0 is at the top.
+
+use std::io::{Cursor, Seek, Write};
+use std::path::Path;
+
+use image::codecs::openexr::OpenExrEncoder;
+use image::codecs::png::PngEncoder;
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
+
+use super::files::{FileKind, OutputFile};
+use crate::{Error, Result};
+
+/// Writes linear RGB radiance as 32-bit float OpenEXR, untouched.
+///
+/// # Errors
+/// [`Error::Failure`] when `rgb` is not `3 * width * height` long, there are no pixels, or writing fails.
+pub fn write_exr(writer: impl Write + Seek, width: u32, height: u32, rgb: &[f32]) -> Result<()> {
+    check_length(width, height, rgb.len())?;
+    OpenExrEncoder::new(writer)
+        .write_image(bytemuck::cast_slice(rgb), width, height, ExtendedColorType::Rgb32F)
+        .map_err(|error| failed(&error))
+}
+
+/// Writes display-ready sRGB as 8-bit RGB PNG.
+///
+/// # Errors
+/// [`Error::Failure`] when `rgb` is not `3 * width * height` long, there are no pixels, or writing fails.
+pub fn write_png(writer: impl Write, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
+    check_length(width, height, rgb.len())?;
+    PngEncoder::new(writer).write_image(rgb, width, height, ExtendedColorType::Rgb8).map_err(|error| failed(&error))
+}
+
+/// Width, height and linear RGB of an OpenEXR file.
+///
+/// # Errors
+/// [`Error::File`] when it cannot be read or understood.
+pub fn read_exr(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<f32>)> {
+    let rgb = read(path.as_ref(), ImageFormat::OpenExr)?.into_rgb32f();
+    Ok((rgb.width(), rgb.height(), rgb.into_raw()))
+}
+
+/// Width, height and 8-bit RGB of a PNG file.
+///
+/// # Errors
+/// [`Error::File`] when it cannot be read or understood.
+pub fn read_png(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<u8>)> {
+    let rgb = read(path.as_ref(), ImageFormat::Png)?.into_rgb8();
+    Ok((rgb.width(), rgb.height(), rgb.into_raw()))
+}
+
+impl OutputFile {
+    /// Writes a finished picture: `radiance` where the file is an EXR, else what `display` makes (8-bit sRGB).
+    ///
+    /// # Errors
+    /// Those of [`write_exr`], [`write_png`] and [`OutputFile::commit`].
+    pub fn commit_picture(
+        self,
+        (width, height): (u32, u32),
+        radiance: &[f32],
+        display: impl FnOnce() -> Vec<u8>,
+    ) -> Result<()> {
+        let mut bytes = Cursor::new(Vec::new());
+        if self.kind() == FileKind::Exr {
+            write_exr(&mut bytes, width, height, radiance)?;
+        } else {
+            write_png(&mut bytes, width, height, &display())?;
+        }
+        self.commit(&bytes.into_inner())
+    }
+}
+
+fn read(path: &Path, format: ImageFormat) -> Result<DynamicImage> {
+    let mut reader = ImageReader::open(path).map_err(|error| Error::file(path, error))?;
+    reader.set_format(format);
+    reader.decode().map_err(|error| Error::file(path, error))
+}
+
+fn check_length(width: u32, height: u32, length: usize) -> Result<()> {
+    if length > 0 && length as u64 == 3 * u64::from(width) * u64::from(height) {
+        return Ok(());
+    }
+    Err(Error::Failure(format!("a picture of {width}x{height} cannot have {length} values")))
+}
+
+fn failed(error: &image::ImageError) -> Error {
+    Error::Failure(format!("the picture could not be encoded: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exr(width: u32, height: u32, rgb: &[f32]) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        write_exr(&mut bytes, width, height, rgb).unwrap();
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn exr_round_trips_bit_for_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let mut rgb: Vec<f32> = (0..3 * 5 * 7).map(|i| i as f32 * 1.37 - 20.0).collect();
+        (rgb[4], rgb[8], rgb[9]) = (f32::NAN, f32::INFINITY, 1e-40);
+        OutputFile::create(&path).unwrap().commit_picture((5, 7), &rgb, Vec::new).unwrap();
+        let (width, height, found) = read_exr(&path).unwrap();
+        assert_eq!((width, height), (5, 7));
+        let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert!(found[4].is_nan());
+        assert_eq!(bits(&found), bits(&rgb));
+    }
+
+    /// A small picture of noise is one uncompressed block at the end of the file: each line, top first, as all of
+    /// its B, then its G, then its R. That this is so makes every other reader see row 0 at the top.
+    #[test]
+    fn exr_row_zero_is_at_the_top() {
+        let (width, height) = (2, 3);
+        let rgb: Vec<f32> = (1..=3 * width * height).map(|i| (i as f32).sqrt().sin()).collect();
+        let mut block = Vec::new();
+        for row in rgb.chunks(3 * width) {
+            for channel in [2, 1, 0] {
+                block.extend(row.iter().skip(channel).step_by(3).flat_map(|value| value.to_le_bytes()));
+            }
+        }
+        assert!(exr(width as u32, height as u32, &rgb).ends_with(&block));
+    }
+
+    #[test]
+    fn png_round_trips() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let rgb: Vec<u8> = (0..3 * 4 * 2).map(|i| i * 9).collect();
+        OutputFile::create(&path).unwrap().commit_picture((4, 2), &[], || rgb.clone()).unwrap();
+        assert_eq!(read_png(&path).unwrap(), (4, 2, rgb));
+    }
+
+    #[test]
+    fn wrong_lengths_and_files_are_errors() {
+        assert!(write_exr(Cursor::new(Vec::new()), 2, 2, &[0.0; 11]).is_err());
+        assert!(write_png(Vec::new(), 0, 2, &[]).is_err());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        assert!(read_exr(&path).is_err());
+        let whole = exr(8, 8, &[0.5; 192]);
+        std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+        assert_eq!(read_exr(&path).unwrap_err().exit_code(), 1);
+        assert!(read_png(&path).is_err());
+    }
+}

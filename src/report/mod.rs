@@ -1,0 +1,12 @@
+//! What a run leaves behind: pictures, timings and the table on stdout.
+
+pub mod files;
+pub mod image_files;
+pub mod machine;
+pub mod stats;
+pub mod table;
+pub mod timings;
+
+pub use files::{FileKind, OutputFile};
+pub use stats::Stats;
+pub use timings::{FrameTimes, RunReport};

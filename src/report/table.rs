@@ -1,0 +1,59 @@
+//! The table of passes that a run prints on stdout.
+
+use comfy_table::presets::ASCII_MARKDOWN;
+use comfy_table::{Cell, CellAlignment, Row, Table};
+
+use super::stats::Stats;
+use super::timings::RunTimes;
+
+/// Passes and frames with their median and 95th percentile, and each pass's share of the frame. Plain text.
+#[must_use]
+pub fn table(times: &RunTimes) -> String {
+    let mut table = Table::new();
+    table.load_style(ASCII_MARKDOWN);
+    table.set_header(["pass", "median ms", "p95 ms", "share"]);
+    let frames = times.passes.iter().map(|pass| pass.frames).max().unwrap_or(1) as f64;
+    for pass in &times.passes {
+        let mean_per_frame = pass.ms.mean * pass.frames as f64 / frames;
+        table.add_row(row(&pass.name, &pass.ms, share(mean_per_frame, times.frame_gpu_ms.mean)));
+    }
+    table.add_row(row("sum of passes", &times.pass_sum_ms, share(times.pass_sum_ms.mean, times.frame_gpu_ms.mean)));
+    table.add_row(row("frame (GPU clock)", &times.frame_gpu_ms, String::new()));
+    table.add_row(row("frame (CPU clock)", &times.frame_cpu_ms, String::new()));
+    table.trim_fmt()
+}
+
+fn row(name: &str, ms: &Stats, share: String) -> Row {
+    let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
+    Row::from([Cell::new(name), right(format!("{:.3}", ms.median)), right(format!("{:.3}", ms.p95)), right(share)])
+}
+
+fn share(part: f64, whole: f64) -> String {
+    if whole > 0.0 { format!("{:.1} %", 100.0 * part / whole) } else { String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::timings::tests::two_frames;
+    use super::*;
+
+    #[test]
+    fn the_table_is_plain_and_complete() {
+        let text = table(&RunTimes::of(&two_frames()).unwrap());
+        let expected = "\
+| pass              | median ms | p95 ms | share   |
+|-------------------|-----------|--------|---------|
+| gbuffer           |     1.500 |  2.000 |  30.0 % |
+| light-volumes     |     3.500 |  4.000 |  70.0 % |
+| sum of passes     |     5.000 |  6.000 | 100.0 % |
+| frame (GPU clock) |     5.000 |  6.000 |         |
+| frame (CPU clock) |     6.000 |  7.000 |         |";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn a_clock_that_stands_still_has_no_shares() {
+        let frame = super::super::FrameTimes { pass_ms: vec![("a".to_owned(), 0.0)], gpu_ms: 0.0, cpu_ms: 0.0 };
+        assert!(!table(&RunTimes::of(&[frame]).unwrap()).contains("NaN"));
+    }
+}

@@ -1,0 +1,310 @@
+//! The timings of a run: per-pass statistics as JSON, every frame as CSV.
+
+use serde::Serialize;
+
+use super::machine::Machine;
+use super::stats::Stats;
+use crate::settings::Settings;
+use crate::{Error, Result};
+
+/// The version of the JSON layout.
+pub const SCHEMA: &str = "gridlight-timings/1";
+
+/// What was measured in one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameTimes {
+    /// GPU milliseconds of each pass, in the order they ran, under the graph's names.
+    pub pass_ms: Vec<(String, f64)>,
+    /// GPU milliseconds from the first to the last timestamp of the frame.
+    pub gpu_ms: f64,
+    /// Wall-clock milliseconds of the frame.
+    pub cpu_ms: f64,
+}
+
+/// The whole timings file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunReport {
+    /// Always [`SCHEMA`].
+    pub schema: &'static str,
+    /// The program that ran.
+    pub program: Program,
+    /// The device it ran on.
+    pub device: Device,
+    /// The computer it ran on.
+    pub machine: Machine,
+    /// The scene it rendered.
+    pub scene: SceneInfo,
+    /// Every setting.
+    pub settings: Settings,
+    /// Number of measured frames.
+    pub frames: u32,
+    /// Number of frames before them.
+    pub warmup: u32,
+    /// The measurements.
+    #[serde(flatten)]
+    pub times: RunTimes,
+    /// Memory in use.
+    pub memory: Memory,
+    /// What was counted.
+    pub counts: Counts,
+}
+
+/// Name and version of the program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Program {
+    /// `gridlight`.
+    pub name: &'static str,
+    /// Package version.
+    pub version: &'static str,
+    /// Abbreviated commit, or `unknown`.
+    pub commit: &'static str,
+}
+
+impl Program {
+    /// This program.
+    #[must_use]
+    pub fn this() -> Self {
+        Self { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION"), commit: env!("GRIDLIGHT_COMMIT") }
+    }
+}
+
+/// What the driver says about itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Device {
+    /// Device name.
+    pub name: String,
+    /// Driver name and information.
+    pub driver: String,
+    /// Vulkan version of the device, `major.minor.patch`.
+    pub api_version: String,
+    /// PCI or Khronos vendor number.
+    pub vendor_id: u32,
+    /// Device number within the vendor.
+    pub device_id: u32,
+    /// The vendor's own number of the driver version.
+    pub driver_version: u32,
+}
+
+/// What was rendered.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SceneInfo {
+    /// Name of the scene.
+    pub name: String,
+    /// Its file; `None` is the built-in scene.
+    pub path: Option<String>,
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Names of all cameras.
+    pub cameras: Vec<String>,
+    /// Name of the camera that was used.
+    pub camera: String,
+}
+
+/// Memory in use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// Most device memory allocated at a time.
+    pub device_bytes: u64,
+    /// Most memory this process had resident; `None` where the system does not tell.
+    pub peak_resident_bytes: Option<u64>,
+}
+
+/// What was counted in the last frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Counts {
+    /// Virtual point lights.
+    pub vpls: u64,
+    /// Light paths emitted.
+    pub paths: u64,
+    /// Top level of the hierarchy.
+    pub level_count: u32,
+    /// Grid lights of each level, the first level first.
+    pub grid_lights_per_level: Vec<u32>,
+    /// Rays traced for shadows.
+    pub shadow_rays: u64,
+    /// Rays traced for virtual point lights.
+    pub vpl_rays: u64,
+    /// Light-volume fragments per pixel, mean.
+    pub overdraw_mean: f64,
+    /// Light-volume fragments per pixel, most.
+    pub overdraw_max: u32,
+}
+
+/// GPU time of one pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassTimes {
+    /// The graph's name of the pass.
+    pub name: String,
+    /// Number of frames it ran in.
+    pub frames: usize,
+    /// Milliseconds in those frames.
+    pub ms: Stats,
+}
+
+/// The measured frames, summarised.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunTimes {
+    /// Every pass, in the order they first ran.
+    pub passes: Vec<PassTimes>,
+    /// The frame on the GPU's clock.
+    pub frame_gpu_ms: Stats,
+    /// The frame on the wall clock.
+    pub frame_cpu_ms: Stats,
+    /// The sum of the passes of a frame.
+    pub pass_sum_ms: Stats,
+}
+
+impl RunTimes {
+    /// Summarises the frames, or `None` when there are none. A pass that runs twice in a frame counts with its sum.
+    #[must_use]
+    pub fn of(frames: &[FrameTimes]) -> Option<Self> {
+        let stats = |value: fn(&FrameTimes) -> f64| Stats::of(&frames.iter().map(value).collect::<Vec<_>>());
+        Some(Self {
+            passes: summarise_passes(frames),
+            frame_gpu_ms: stats(|frame| frame.gpu_ms)?,
+            frame_cpu_ms: stats(|frame| frame.cpu_ms)?,
+            pass_sum_ms: stats(|frame| frame.pass_ms.iter().map(|(_, ms)| ms).sum())?,
+        })
+    }
+}
+
+fn summarise_passes(frames: &[FrameTimes]) -> Vec<PassTimes> {
+    let mut series: Vec<(&str, Vec<f64>)> = Vec::new();
+    for frame in frames {
+        let mut sums: Vec<(&str, f64)> = Vec::new();
+        for (name, ms) in &frame.pass_ms {
+            match sums.iter_mut().find(|(known, _)| known == name) {
+                Some((_, sum)) => *sum += ms,
+                None => sums.push((name, *ms)),
+            }
+        }
+        for (name, ms) in sums {
+            match series.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, values)) => values.push(ms),
+                None => series.push((name, vec![ms])),
+            }
+        }
+    }
+    let summary = |(name, values): (&str, Vec<f64>)| {
+        Some(PassTimes { name: name.to_owned(), frames: values.len(), ms: Stats::of(&values)? })
+    };
+    series.into_iter().filter_map(summary).collect()
+}
+
+impl RunReport {
+    /// The report as an indented JSON document.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when a value cannot be expressed.
+    pub fn to_json(&self) -> Result<Vec<u8>> {
+        let mut text = serde_json::to_vec_pretty(self)
+            .map_err(|error| Error::Failure(format!("cannot express the timings as JSON: {error}")))?;
+        text.push(b'\n');
+        Ok(text)
+    }
+}
+
+/// The frames as CSV, `frame,pass,gpu_ms`, a row for each pass of each frame.
+///
+/// # Errors
+/// [`Error::Failure`] when a value cannot be expressed.
+pub fn to_csv(frames: &[FrameTimes]) -> Result<Vec<u8>> {
+    let fail = |error: &dyn std::fmt::Display| Error::Failure(format!("cannot express the timings as CSV: {error}"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(["frame", "pass", "gpu_ms"]).map_err(|error| fail(&error))?;
+    for (index, frame) in frames.iter().enumerate() {
+        for (name, ms) in &frame.pass_ms {
+            writer.serialize((index, name, ms)).map_err(|error| fail(&error))?;
+        }
+    }
+    writer.into_inner().map_err(|error| fail(&error))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    pub fn two_frames() -> Vec<FrameTimes> {
+        let frame = |a: f64, b: f64, gpu_ms: f64| FrameTimes {
+            pass_ms: vec![("gbuffer".to_owned(), a), ("light-volumes".to_owned(), b)],
+            gpu_ms,
+            cpu_ms: gpu_ms + 1.0,
+        };
+        vec![frame(1.0, 3.0, 4.0), frame(2.0, 4.0, 6.0)]
+    }
+
+    pub fn report() -> RunReport {
+        RunReport {
+            schema: SCHEMA,
+            program: Program::this(),
+            device: Device { name: "some device".to_owned(), ..Device::default() },
+            machine: Machine::here(),
+            scene: SceneInfo { name: "courtyard".to_owned(), ..SceneInfo::default() },
+            settings: Settings::default(),
+            frames: 2,
+            warmup: 0,
+            times: RunTimes::of(&two_frames()).unwrap(),
+            memory: Memory { device_bytes: 7, peak_resident_bytes: None },
+            counts: Counts { grid_lights_per_level: vec![5, 3], ..Counts::default() },
+        }
+    }
+
+    #[test]
+    fn passes_are_summarised() {
+        let times = RunTimes::of(&two_frames()).unwrap();
+        let names: Vec<_> = times.passes.iter().map(|pass| pass.name.as_str()).collect();
+        assert_eq!(names, ["gbuffer", "light-volumes"]);
+        assert_eq!(times.passes[1].ms, Stats { min: 3.0, median: 3.5, mean: 3.5, p95: 4.0, max: 4.0 });
+        assert_eq!(times.frame_gpu_ms, Stats { min: 4.0, median: 5.0, mean: 5.0, p95: 6.0, max: 6.0 });
+        assert_eq!(times.frame_cpu_ms.max.to_bits(), 7.0_f64.to_bits());
+        assert_eq!(times.pass_sum_ms, times.frame_gpu_ms);
+        assert_eq!(RunTimes::of(&[]), None);
+    }
+
+    #[test]
+    fn repeated_and_absent_passes() {
+        let mut frames = two_frames();
+        frames[0].pass_ms.push(("gbuffer".to_owned(), 0.5));
+        frames[1].pass_ms.pop();
+        let times = RunTimes::of(&frames).unwrap();
+        assert_eq!((times.passes[0].frames, times.passes[1].frames), (2, 1));
+        assert_eq!(times.passes[0].ms.min.to_bits(), 1.5_f64.to_bits());
+        assert_eq!(times.passes[1].ms.max.to_bits(), 3.0_f64.to_bits());
+    }
+
+    #[test]
+    fn json_has_every_part() {
+        let text = report().to_json().unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        assert_eq!(json["schema"], "gridlight-timings/1");
+        assert_eq!(json["program"]["name"], "gridlight");
+        assert!(json["program"]["commit"].as_str().is_some_and(|commit| !commit.is_empty()));
+        assert_eq!(json["passes"][1]["name"], "light-volumes");
+        assert_eq!(json["passes"][1]["ms"]["median"], 3.5);
+        for key in ["frame_gpu_ms", "frame_cpu_ms", "pass_sum_ms"] {
+            for part in ["min", "median", "mean", "p95", "max"] {
+                assert!(json[key][part].is_f64(), "{key}.{part}");
+            }
+        }
+        assert_eq!(json["counts"]["grid_lights_per_level"], serde_json::json!([5, 3]));
+        assert!(json["memory"]["peak_resident_bytes"].is_null());
+    }
+
+    #[test]
+    fn json_has_every_setting_even_unset_ones() {
+        let json: serde_json::Value = serde_json::from_slice(&report().to_json().unwrap()).unwrap();
+        let settings = json["settings"].as_object().unwrap();
+        assert_eq!(settings.len(), 26);
+        assert!(settings["camera"].is_null() && settings["reservoir"].is_null());
+        assert_eq!(settings["clamp"], 0.01);
+        assert_eq!(settings["size"], "1280x720");
+    }
+
+    #[test]
+    fn csv_has_a_row_for_each_frame_and_pass() {
+        let text = String::from_utf8(to_csv(&two_frames()).unwrap()).unwrap();
+        let expected = "frame,pass,gpu_ms\n0,gbuffer,1.0\n0,light-volumes,3.0\n1,gbuffer,2.0\n1,light-volumes,4.0\n";
+        assert_eq!(text, expected);
+        assert_eq!(to_csv(&[]).unwrap(), b"frame,pass,gpu_ms\n");
+    }
+}

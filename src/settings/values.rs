@@ -1,0 +1,204 @@
+//! The kinds of value a setting can have, as they are written in files and on the command line.
+
+use std::fmt;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Which pipeline renders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Technique {
+    /// The lighting grid hierarchy: direct and indirect light.
+    Lgh,
+    /// Direct light only.
+    Direct,
+}
+
+/// Which lights enter the hierarchy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightSet {
+    /// Virtual point lights traced from the scene's lights.
+    Vpl,
+    /// The point lights of the scene file.
+    Scene,
+    /// Both kinds.
+    Both,
+}
+
+/// How a pixel's reservoirs are updated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reservoir {
+    /// Plain read-modify-write, without locks.
+    Race,
+    /// Under a lock for each pixel.
+    Lock,
+    /// One 64-bit atomic minimum: independent of order, deterministic.
+    Exact,
+}
+
+/// How the levels above the first are built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Build {
+    /// Every level gathers from the first.
+    Gather,
+    /// Every light scatters into every level (slow, for comparison).
+    Scatter,
+}
+
+/// The filter of the shadow estimates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Filter {
+    /// Edge-aware à-trous wavelet.
+    Atrous,
+    /// No filter.
+    None,
+}
+
+/// A picture size, written `WIDTHxHEIGHT`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+}
+
+/// The top level of the hierarchy, written `auto` or a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Levels {
+    /// The largest that leaves the finest grid fewer than half as many lights as there are lights.
+    Auto,
+    /// This one.
+    Fixed(u32),
+}
+
+/// The exposure of PNG pictures, written `auto` or a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// From the picture itself.
+    Auto,
+    /// This factor on the radiance.
+    Fixed(f32),
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = text
+            .split_once(['x', 'X'])
+            .and_then(|(width, height)| Some(Self { width: width.parse().ok()?, height: height.parse().ok()? }));
+        parsed.ok_or_else(|| format!("`{text}` is not a size of the form WIDTHxHEIGHT, such as 1280x720"))
+    }
+}
+
+impl FromStr for Levels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        text.parse().map(Self::Fixed).map_err(|_| format!("`{text}` is not `auto` or a whole number of levels"))
+    }
+}
+
+impl FromStr for Exposure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        text.parse().map(Self::Fixed).map_err(|_| format!("`{text}` is not `auto` or a number"))
+    }
+}
+
+impl Serialize for Size {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl Serialize for Levels {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Fixed(levels) => serializer.serialize_u32(*levels),
+        }
+    }
+}
+
+impl Serialize for Exposure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Fixed(factor) => serializer.serialize_f32(*factor),
+        }
+    }
+}
+
+/// What a file may hold where the command line takes a word: the word, or a bare number.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Word {
+    Integer(i64),
+    Float(f64),
+    Text(String),
+}
+
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer(number) => number.fmt(f),
+            Self::Float(number) => number.fmt(f),
+            Self::Text(text) => text.fmt(f),
+        }
+    }
+}
+
+fn from_word<'de, D, T>(deserializer: D, expected: &str) -> Result<T, D::Error>
+where
+    D: Deserializer<'de>,
+    T: FromStr<Err = String>,
+{
+    let word = Word::deserialize(deserializer).map_err(|_| serde::de::Error::custom(format!("expected {expected}")))?;
+    word.to_string().parse().map_err(serde::de::Error::custom)
+}
+
+impl<'de> Deserialize<'de> for Size {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        from_word(deserializer, "a size of the form \"WIDTHxHEIGHT\"")
+    }
+}
+
+impl<'de> Deserialize<'de> for Levels {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        from_word(deserializer, "`auto` or a whole number of levels")
+    }
+}
+
+impl<'de> Deserialize<'de> for Exposure {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        from_word(deserializer, "`auto` or a number")
+    }
+}
+
+/// A name, or an index that may stand without quotes.
+pub(super) fn name_or_index<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
+    let word = Option::<Word>::deserialize(deserializer)
+        .map_err(|_| serde::de::Error::custom("expected a name or an index"))?;
+    Ok(word.map(|word| word.to_string()))
+}

@@ -1,0 +1,84 @@
+// The lights of the hierarchy and their arithmetic. Needs frame.glsl, random.glsl (PI), color.glsl.
+
+// Rust: shared::GridLight.
+struct GridLight {
+    vec3 position_ws;
+    float luminance;
+    vec3 variance;
+    uint level;
+    vec3 lobe;
+    float weight;
+    vec3 flux;
+    uint vertex;
+};
+
+// Rust: shared::GridPlacement.
+struct GridPlacement {
+    vec3 origin_ws;
+    float h_top;
+    float inverse_h_top;
+    float flux_scale;
+    uint light_count;
+    uint padding;
+};
+
+uint vertices_per_axis(uint level) { return frame.levels[level].x; }
+uint words_per_row(uint level) { return frame.levels[level].y; }
+uint first_word(uint level) { return frame.levels[level].z; }
+uint end_word(uint level) { return frame.levels[level].w; }
+
+// Edge of a cell of a level: h_top / 2^(Lmax - l). Exact, being a power of two; level 0 is half of level 1.
+float cell_size(float h_top, uint level) { return ldexp(h_top, int(level) - int(top_level())); }
+
+// A position in units of a level's cells, within the level's vertices.
+vec3 grid_position(vec3 position_ws, GridPlacement grid, uint level) {
+    vec3 cells = (position_ws - grid.origin_ws) * ldexp(grid.inverse_h_top, int(top_level()) - int(level));
+    return clamp(cells, vec3(0.0), vec3(float(vertices_per_axis(level) - 1u)));
+}
+
+// The cell that holds a grid position: its lowest vertex.
+uvec3 cell_of(vec3 cells, uint level) { return min(uvec3(cells), uvec3(vertices_per_axis(level) - 2u)); }
+
+// Where vertex (x, y, z) of a level stands in the occupancy bits: word and bit.
+uint occupancy_word(uvec3 vertex, uint level) {
+    uint n = vertices_per_axis(level);
+    return first_word(level) + (vertex.z * n + vertex.y) * words_per_row(level) + vertex.x / 32u;
+}
+
+// Index of a vertex within its level, x fastest.
+uint vertex_index(uvec3 vertex, uint level) {
+    uint n = vertices_per_axis(level);
+    return (vertex.z * n + vertex.y) * n + vertex.x;
+}
+
+uvec3 vertex_from_index(uint index, uint level) {
+    uint n = vertices_per_axis(level);
+    return uvec3(index % n, (index / n) % n, index / (n * n));
+}
+
+// Trilinear weight of corner (0 or 1 per axis) for a position `fraction` inside its cell.
+float trilinear_weight(vec3 fraction, uvec3 corner) {
+    vec3 w = mix(1.0 - fraction, fraction, equal(corner, uvec3(1u)));
+    return w.x * w.y * w.z;
+}
+
+// Blending function of a level at distance d (Yuksel and Yuksel 2017, Figure 2): the functions of all used
+// levels sum to 1 at any distance.
+float blend_weight(float d, float radius, uint level, uint first_used, uint last_used) {
+    float rise = level == first_used ? 1.0 : clamp(2.0 * d / radius - 1.0, 0.0, 1.0);
+    float fall = level == last_used ? 1.0 : clamp(2.0 - d / radius, 0.0, 1.0);
+    return min(rise, fall);
+}
+
+// Radiant intensity per unit flux towards the unit direction w: a clamped cosine about the mean normal for the
+// part of the light that agrees on it, uniform for the rest. Keeps the flux whatever the lobe's length.
+float lobe_intensity(vec3 lobe, vec3 w) {
+    return ((1.0 - min(length(lobe), 1.0)) * 0.25 + max(dot(lobe, w), 0.0)) / PI;
+}
+
+// Outgoing radiance per unit albedo and unit flux at a surface point; `offset` leads from it to the light.
+float light_response(vec3 offset, float distance, vec3 normal, vec3 lobe) {
+    vec3 w = offset / max(distance, 1e-20);
+    float cosine = max(dot(normal, w), 0.0);
+    return cosine <= 0.0 ? 0.0 : lobe_intensity(lobe, -w) * cosine / (distance * distance + clamp_squared()) / PI;
+}

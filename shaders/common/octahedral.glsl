@@ -1,0 +1,15 @@
+// Unit vectors in 32 bits: octahedral mapping, two 16-bit snorm. Rust: scene::octahedral.
+uint pack_octahedral(vec3 n) {
+    n /= abs(n.x) + abs(n.y) + abs(n.z);
+    vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+    return packSnorm2x16(n.z >= 0.0 ? n.xy : folded);
+}
+
+vec3 unpack_octahedral(uint packed_normal) {
+    vec2 e = unpackSnorm2x16(packed_normal);
+    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    float t = max(-n.z, 0.0);
+    n.x += n.x >= 0.0 ? -t : t;
+    n.y += n.y >= 0.0 ? -t : t;
+    return normalize(n);
+}

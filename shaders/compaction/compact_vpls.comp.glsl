@@ -1,0 +1,43 @@
+// Packs the VPLs of the path slots into the list of lights S0, in slot order, followed by the scene's own point
+// lights when they take part. One thread per slot and per scene light.
+#include "common/frame.glsl"
+#include "common/random.glsl"
+#include "common/octahedral.glsl"
+#include "common/scene.glsl"
+
+layout(local_size_x = WORKGROUP_SIZE) in;
+layout(set = 0, binding = 1, std430) readonly buffer SlotPositions { vec4 slot_positions[]; };
+layout(set = 0, binding = 2, std430) readonly buffer SlotFluxes { vec4 slot_fluxes[]; };
+layout(set = 0, binding = 3, std430) readonly buffer SlotBits { uint slot_bits[]; };
+layout(set = 0, binding = 4, std430) readonly buffer SlotRanks { uint slot_ranks[]; };
+// S0: position and octahedral normal; flux and 1 for VPLs, 0 for lights that shine in all directions.
+layout(set = 0, binding = 5, std430) writeonly buffer LightPositions { vec4 light_positions[]; };
+layout(set = 0, binding = 6, std430) writeonly buffer LightFluxes { vec4 light_fluxes[]; };
+// light_counts: [0] lights in S0, [1] VPLs among them, [2] VPLs that did not fit.
+layout(set = 0, binding = 7, std430) buffer LightCounts { uint light_counts[]; };
+layout(push_constant) uniform Push { uint slot_count; };
+
+void main() {
+    uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * WORKGROUP_SIZE;
+    uint vpl_count = min(slot_ranks[(slot_count + 31u) / 32u], frame.counts.y);
+    uint scene_light_count = frame.lights.w;
+    if (index == 0u) {
+        light_counts[0] = vpl_count + scene_light_count;
+        light_counts[1] = vpl_count;
+        light_counts[2] = slot_ranks[(slot_count + 31u) / 32u] - vpl_count;
+    }
+    if (index < slot_count) {
+        uint word = slot_bits[index / 32u];
+        uint bit = 1u << (index % 32u);
+        uint target = slot_ranks[index / 32u] + uint(bitCount(word & (bit - 1u)));
+        if ((word & bit) != 0u && target < frame.counts.y) {
+            light_positions[target] = slot_positions[index];
+            light_fluxes[target] = slot_fluxes[index];
+        }
+    } else if (index - slot_count < scene_light_count) {
+        PunctualLight light = punctual_lights[frame.lights.z + index - slot_count];
+        uint target = vpl_count + index - slot_count;
+        light_positions[target] = vec4(light.position_ws, uintBitsToFloat(pack_octahedral(vec3(0.0, 1.0, 0.0))));
+        light_fluxes[target] = vec4(light.intensity * 4.0 * PI, 0.0);
+    }
+}

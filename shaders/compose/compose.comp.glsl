@@ -1,0 +1,38 @@
+// Final composition in linear radiance: direct light plus, with the hierarchy, albedo times the unshadowed
+// lighting times the filtered shadow ratio (Heitz et al. 2018). One thread per pixel.
+#include "common/frame.glsl"
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
+// Whether there is indirect light at all, and whether it has shadows.
+layout(constant_id = 0) const uint HAS_INDIRECT = 1u;
+layout(constant_id = 1) const uint HAS_SHADOWS = 1u;
+
+layout(set = 0, binding = 1) uniform texture2D direct_image;
+layout(set = 0, binding = 2) uniform texture2D albedo_image;
+layout(set = 0, binding = 3) uniform texture2D indirect_image;
+layout(set = 0, binding = 4) uniform texture2D shadowed_image;
+layout(set = 0, binding = 5) uniform texture2D unshadowed_image;
+layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_radiance;
+
+// S/U per channel; 0/0 is 1: where no sample carries light there is nothing to darken.
+float ratio(float shadowed, float unshadowed) { return unshadowed > 0.0 ? shadowed / unshadowed : 1.0; }
+
+void main() {
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (any(greaterThanEqual(pixel, image_size()))) {
+        return;
+    }
+    ivec2 p = ivec2(pixel);
+    vec3 radiance = texelFetch(direct_image, p, 0).rgb;
+    if (HAS_INDIRECT != 0u) {
+        vec3 lighting = texelFetch(indirect_image, p, 0).rgb;
+        if (HAS_SHADOWS != 0u) {
+            vec3 s = texelFetch(shadowed_image, p, 0).rgb;
+            vec3 u = texelFetch(unshadowed_image, p, 0).rgb;
+            lighting *= vec3(ratio(s.r, u.r), ratio(s.g, u.g), ratio(s.b, u.b));
+        }
+        radiance += texelFetch(albedo_image, p, 0).rgb * lighting;
+    }
+    imageStore(out_radiance, p, vec4(radiance, 1.0));
+}

@@ -1,0 +1,30 @@
+// First of three steps of the exclusive prefix sum of set bits: the sum of each block of SCAN_BLOCK words.
+// One workgroup per block. Reduce-then-scan, which needs no forward-progress guarantee.
+#include "constants.glsl"
+layout(local_size_x = WORKGROUP_SIZE) in;
+layout(set = 0, binding = 1, std430) readonly buffer Bits { uint bits[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer BlockSums { uint block_sums[]; };
+// The words [first_word, first_word + word_count) are scanned.
+layout(push_constant) uniform Push { uint first_word; uint word_count; };
+
+shared uint partial[WORKGROUP_SIZE];
+
+void main() {
+    uint lane = gl_LocalInvocationID.x;
+    uint sum = 0u;
+    for (uint i = 0u; i < SCAN_BLOCK / WORKGROUP_SIZE; ++i) {
+        uint word = gl_WorkGroupID.x * SCAN_BLOCK + i * WORKGROUP_SIZE + lane;
+        sum += word < word_count ? uint(bitCount(bits[first_word + word])) : 0u;
+    }
+    partial[lane] = sum;
+    barrier();
+    for (uint stride = WORKGROUP_SIZE / 2u; stride > 0u; stride /= 2u) {
+        if (lane < stride) {
+            partial[lane] += partial[lane + stride];
+        }
+        barrier();
+    }
+    if (lane == 0u) {
+        block_sums[gl_WorkGroupID.x] = partial[0];
+    }
+}

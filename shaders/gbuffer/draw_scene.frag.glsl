@@ -1,0 +1,67 @@
+// Writes albedo, shading normal and geometric normal; cut-out texels are discarded. One invocation per fragment.
+#include "common/frame.glsl"
+#include "common/octahedral.glsl"
+
+// Rust: shared::GpuMaterial.
+struct Material {
+    vec4 base_color;
+    uint albedo_layer;
+    float alpha_cutoff;
+    float normal_scale;
+    uint has_normal_map;
+};
+
+layout(set = 1, binding = 4, std430) readonly buffer Materials { Material materials[]; };
+layout(set = 2, binding = 0) uniform sampler2D base_color_texture;
+layout(set = 2, binding = 1) uniform sampler2D normal_texture;
+
+layout(push_constant) uniform Push { uint material_index; };
+
+layout(location = 0) in vec3 position_ws;
+layout(location = 1) in vec3 normal_ws;
+layout(location = 2) in vec2 uv;
+
+layout(location = 0) out vec4 out_albedo;
+// x: shading normal, y: geometric normal, both octahedral, turned towards the viewer.
+layout(location = 1) out uvec2 out_normals;
+
+// Tangent frame from screen-space derivatives (Schueler 2013), so that no mesh needs tangents.
+vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
+    vec3 position_dx = dFdx(position_ws);
+    vec3 position_dy = dFdy(position_ws);
+    vec2 uv_dx = dFdx(uv);
+    vec2 uv_dy = dFdy(uv);
+    vec3 r1 = cross(position_dy, n);
+    vec3 r2 = cross(n, position_dx);
+    vec3 tangent = r1 * uv_dx.x + r2 * uv_dy.x;
+    vec3 bitangent = r1 * uv_dx.y + r2 * uv_dy.y;
+    float longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
+    if (longest <= 0.0) {
+        return n;
+    }
+    float inverse_length = inversesqrt(longest);
+    vec3 sampled = texture(normal_texture, uv).xyz * 2.0 - 1.0;
+    // glTF's green points up, along -v of the texture, while `bitangent` runs along +v.
+    vec3 mapped = sampled.x * scale * tangent * inverse_length - sampled.y * scale * bitangent * inverse_length
+        + sampled.z * n;
+    return dot(mapped, mapped) > 0.0 ? normalize(mapped) : n;
+}
+
+void main() {
+    Material material = materials[material_index];
+    vec4 base_color = material.base_color * texture(base_color_texture, uv);
+    vec3 geometric = cross(dFdx(position_ws), dFdy(position_ws));
+    geometric = dot(geometric, geometric) > 0.0 ? normalize(geometric) : normalize(normal_ws);
+    vec3 to_eye = frame.eye_near.xyz - position_ws;
+    geometric = dot(geometric, to_eye) < 0.0 ? -geometric : geometric;
+    vec3 shading = dot(normal_ws, normal_ws) > 0.0 ? normalize(normal_ws) : geometric;
+    shading = dot(shading, geometric) < 0.0 ? -shading : shading;
+    if (material.has_normal_map != 0u) {
+        shading = mapped_normal(shading, geometric, material.normal_scale);
+    }
+    if (base_color.a < material.alpha_cutoff) {
+        discard;
+    }
+    out_albedo = vec4(base_color.rgb, 1.0);
+    out_normals = uvec2(pack_octahedral(shading), pack_octahedral(geometric));
+}

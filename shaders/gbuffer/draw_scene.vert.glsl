@@ -1,0 +1,18 @@
+// Draws the scene into the G-buffer. One invocation per vertex.
+#include "common/frame.glsl"
+#include "common/octahedral.glsl"
+
+layout(location = 0) in vec3 position_ws;
+layout(location = 1) in uint normal_oct;
+layout(location = 2) in vec2 uv;
+
+layout(location = 0) out vec3 out_position_ws;
+layout(location = 1) out vec3 out_normal_ws;
+layout(location = 2) out vec2 out_uv;
+
+void main() {
+    out_position_ws = position_ws;
+    out_normal_ws = unpack_octahedral(normal_oct);
+    out_uv = uv;
+    gl_Position = frame.clip_from_world * vec4(position_ws, 1.0);
+}

@@ -1,0 +1,106 @@
+// One vertex of a level above S1 gathers the S1 lights within one cell of it, weighted trilinearly at their
+// centres (section 3.1). One workgroup per occupied vertex; its threads share the rows of the S1 grid.
+// A centre may lie up to one S1 cell from its vertex, hence the margin of the index range.
+#include "common/frame.glsl"
+#include "common/random.glsl"
+#include "common/lights.glsl"
+#include "common/dispatch.glsl"
+
+layout(local_size_x = GATHER_SIZE) in;
+layout(set = 0, binding = 1, std430) readonly buffer Grid { GridPlacement grid; };
+layout(set = 0, binding = 2, std430) readonly buffer Occupancy { uint occupancy[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Ranks { uint ranks[]; };
+layout(set = 0, binding = 4, std430) readonly buffer LevelTable { uint level_table[]; };
+layout(set = 0, binding = 5, std430) buffer GridLights { GridLight grid_lights[]; };
+layout(push_constant) uniform Push { uint level; };
+
+#include "common/level_table.glsl"
+
+// Sums over S1 lights, positions relative to the vertex in cells of this level. Moments are additive.
+struct Moments {
+    vec4 flux_weight;
+    vec4 position_luminance;
+    vec3 square;
+    vec3 lobe;
+};
+
+shared vec4 shared_flux_weight[GATHER_SIZE];
+shared vec4 shared_position_luminance[GATHER_SIZE];
+shared vec4 shared_square[GATHER_SIZE];
+shared vec4 shared_lobe[GATHER_SIZE];
+
+void add_light(inout Moments sums, GridLight light, vec3 vertex, float h) {
+    vec3 q = grid_position(light.position_ws, grid, level) - vertex;
+    vec3 hat = max(1.0 - abs(q), vec3(0.0));
+    float weight = hat.x * hat.y * hat.z;
+    float wm = weight * light.luminance;
+    sums.flux_weight += weight * vec4(light.flux, light.weight);
+    sums.position_luminance += wm * vec4(q, 1.0);
+    sums.square += wm * (light.variance / (h * h) + q * q);
+    sums.lobe += wm * light.lobe;
+}
+
+// Adds the S1 lights of one row whose x lies in [low, high].
+void add_row(inout Moments sums, uint row, uint low, uint high, vec3 vertex, float h) {
+    for (uint column = low / 32u; column <= high / 32u; ++column) {
+        uint word = first_word(1u) + row * words_per_row(1u) + column;
+        uint base = column * 32u;
+        uint keep = low > base ? ~0u << (low - base) : ~0u;
+        keep &= high - base < 31u ? (2u << (high - base)) - 1u : ~0u;
+        uint all = occupancy[word];
+        for (uint bits = all & keep; bits != 0u; bits &= bits - 1u) {
+            uint lowest = bits & (~bits + 1u);
+            uint rank = ranks[word] + uint(bitCount(all & (lowest - 1u)));
+            if (rank < level_count(1u)) {
+                add_light(sums, grid_lights[level_first(1u) + rank], vertex, h);
+            }
+        }
+    }
+}
+
+void store_light(uint record, Moments sums, vec3 vertex, float h) {
+    float wm = max(sums.position_luminance.w, 1e-37);
+    vec3 mean = sums.position_luminance.xyz / wm;
+    grid_lights[record].position_ws = grid.origin_ws + (vertex + mean) * h;
+    grid_lights[record].luminance = wm;
+    grid_lights[record].variance = max(sums.square / wm - mean * mean, vec3(0.0)) * h * h;
+    grid_lights[record].lobe = sums.lobe / wm;
+    grid_lights[record].weight = sums.flux_weight.w;
+    grid_lights[record].flux = sums.flux_weight.rgb;
+}
+
+void main() {
+    uint lane = gl_LocalInvocationID.x;
+    bool inside = linear_group() < level_count(level);
+    uint record = level_first(level) + min(linear_group(), max(level_count(level), 1u) - 1u);
+    uvec3 vertex = vertex_from_index(grid_lights[record].vertex, level);
+    float h = cell_size(grid.h_top, level);
+    uint scale = 1u << (level - 1u);
+    uvec3 middle = vertex * scale;
+    uvec3 low = middle - min(middle, uvec3(scale + 1u));
+    uvec3 high = min(middle + scale + 1u, uvec3(vertices_per_axis(1u) - 1u));
+    uvec3 extent = high - low + 1u;
+    Moments sums = Moments(vec4(0.0), vec4(0.0), vec3(0.0), vec3(0.0));
+    for (uint i = lane; inside && i < extent.y * extent.z; i += GATHER_SIZE) {
+        uint row = (low.z + i / extent.y) * vertices_per_axis(1u) + low.y + i % extent.y;
+        add_row(sums, row, low.x, high.x, vec3(vertex), h);
+    }
+    shared_flux_weight[lane] = sums.flux_weight;
+    shared_position_luminance[lane] = sums.position_luminance;
+    shared_square[lane] = vec4(sums.square, 0.0);
+    shared_lobe[lane] = vec4(sums.lobe, 0.0);
+    barrier();
+    for (uint stride = GATHER_SIZE / 2u; stride > 0u; stride /= 2u) {
+        if (lane < stride) {
+            shared_flux_weight[lane] += shared_flux_weight[lane + stride];
+            shared_position_luminance[lane] += shared_position_luminance[lane + stride];
+            shared_square[lane] += shared_square[lane + stride];
+            shared_lobe[lane] += shared_lobe[lane + stride];
+        }
+        barrier();
+    }
+    if (lane == 0u && inside) {
+        Moments total = Moments(shared_flux_weight[0], shared_position_luminance[0], shared_square[0].xyz, shared_lobe[0].xyz);
+        store_light(record, total, vec3(vertex), h);
+    }
+}

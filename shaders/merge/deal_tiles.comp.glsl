@@ -1,0 +1,46 @@
+// How many lights of each used level every sub-image gets, where they go in the merged list, and the indirect
+// draws. One thread. With n x n sub-images the lights of a level are dealt evenly; a level with fewer than n^2
+// lights goes to all (section 4.1).
+#include "common/frame.glsl"
+#include "common/random.glsl"
+#include "common/lights.glsl"
+
+layout(local_size_x = 1) in;
+layout(set = 0, binding = 1, std430) readonly buffer LevelTable { uint level_table[]; };
+layout(set = 0, binding = 2, std430) readonly buffer LightCounts { uint light_counts[]; };
+// tiles[TILE_STRIDE * t + l]: first merged light of level l for sub-image t; the entry after Lmax ends the list.
+layout(set = 0, binding = 3, std430) writeonly buffer Tiles { uint tiles[]; };
+// VkDrawIndirectCommand per sub-image: a cube of 36 vertices per light below the top level.
+layout(set = 0, binding = 4, std430) writeonly buffer Draws { uint draws[]; };
+// Workgroups of WORKGROUP_SIZE over all lights that are merged.
+layout(set = 0, binding = 5, std430) writeonly buffer MergeDispatch { uint merge_dispatch[]; };
+
+#include "common/level_table.glsl"
+#include "merge/tiles.glsl"
+
+uint lights_in(uint level) { return level == 0u ? light_counts[0] : level_count(level); }
+
+void main() {
+    uint tile_count = interleave() * interleave();
+    uint next = 0u;
+    for (uint tile = 0u; tile < tile_count; ++tile) {
+        uint first = next;
+        uint top_first = next;
+        for (uint level = first_level(); level <= top_level(); ++level) {
+            top_first = next;
+            tiles[TILE_STRIDE * tile + level] = next;
+            next += dealt_count(lights_in(level), tile, tile_count);
+        }
+        tiles[TILE_STRIDE * tile + top_level() + 1u] = next;
+        draws[4u * tile] = 36u;
+        draws[4u * tile + 1u] = top_first - first;
+        draws[4u * tile + 2u] = 0u;
+        draws[4u * tile + 3u] = 0u;
+    }
+    uint total = level_first(top_level()) + level_count(top_level()) + (first_level() == 0u ? light_counts[0] : 0u);
+    uint groups = (total + WORKGROUP_SIZE - 1u) / WORKGROUP_SIZE;
+    uint x = clamp(groups, 1u, 32768u);
+    merge_dispatch[0] = x;
+    merge_dispatch[1] = (groups + x - 1u) / x;
+    merge_dispatch[2] = 1u;
+}

@@ -1,0 +1,53 @@
+// Copies the lights of all used levels into one list, dealt to the sub-images with their flux scaled to match.
+// One thread per light: grid lights first, then S0 when it is used.
+#include "common/frame.glsl"
+#include "common/random.glsl"
+#include "common/color.glsl"
+#include "common/octahedral.glsl"
+#include "common/lights.glsl"
+#include "common/dispatch.glsl"
+
+layout(local_size_x = WORKGROUP_SIZE) in;
+layout(set = 0, binding = 1, std430) readonly buffer GridLights { GridLight grid_lights[]; };
+layout(set = 0, binding = 2, std430) readonly buffer LevelTable { uint level_table[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 4, std430) readonly buffer LightPositions { vec4 light_positions[]; };
+layout(set = 0, binding = 5, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
+layout(set = 0, binding = 6, std430) readonly buffer LightCounts { uint light_counts[]; };
+layout(set = 0, binding = 7, std430) writeonly buffer MergedLights { GridLight merged_lights[]; };
+
+#include "common/level_table.glsl"
+#include "merge/tiles.glsl"
+
+void deal(GridLight light, uint index, uint count) {
+    uint tile_count = interleave() * interleave();
+    if (count < tile_count) {
+        for (uint tile = 0u; tile < tile_count; ++tile) {
+            merged_lights[tiles[TILE_STRIDE * tile + light.level] + index] = light;
+        }
+        return;
+    }
+    light.flux *= float(tile_count);
+    light.luminance *= float(tile_count);
+    merged_lights[tiles[TILE_STRIDE * (index % tile_count) + light.level] + index / tile_count] = light;
+}
+
+GridLight original_light(uint index) {
+    vec4 position = light_positions[index];
+    vec4 flux = light_fluxes[index];
+    vec3 lobe = flux.a > 0.5 ? unpack_octahedral(floatBitsToUint(position.w)) : vec3(0.0);
+    return GridLight(position.xyz, luminance(flux.rgb), vec3(0.0), 0u, lobe, 1.0, flux.rgb, index);
+}
+
+void main() {
+    uint index = linear_thread();
+    uint grid_light_count = level_first(top_level()) + level_count(top_level());
+    if (index < grid_light_count) {
+        GridLight light = grid_lights[index];
+        if (light.level >= first_level()) {
+            deal(light, index - level_first(light.level), level_count(light.level));
+        }
+    } else if (first_level() == 0u && index - grid_light_count < light_counts[0]) {
+        deal(original_light(index - grid_light_count), index - grid_light_count, light_counts[0]);
+    }
+}

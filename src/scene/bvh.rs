@@ -1,5 +1,6 @@
 //! The bounding volume hierarchy of a scene's triangles, in the layouts that shaders read, and its CPU traversal.
 
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
@@ -15,6 +16,9 @@ pub const FLAG_ALPHA_MASKED: u32 = 1;
 
 /// No tree is deeper, so a traversal that descends to one child and stacks the other needs at most 63 slots.
 pub const MAX_DEPTH: u32 = 64;
+
+/// More triangles than this around one and the same point are not clustered.
+const MAX_HEAP: u32 = 4096;
 
 /// One node of the binary tree, 32 bytes, node 0 the root:
 /// `vec3 min` at 0, `uint prim_count` at 12, `vec3 max` at 16, `uint first_index` at 28.
@@ -111,7 +115,15 @@ const fn params() -> BvhBuildParams {
 #[must_use]
 pub fn build(scene: &Scene) -> SceneBvh {
     let start = Instant::now();
-    let bvh = build_bvh2_from_tris(&corners(scene), params(), &mut Duration::default());
+    let corners = corners(scene);
+    if largest_heap(&corners) > MAX_HEAP {
+        // The clustering below takes quadratic time on such heaps (35 s for 40,000 equal triangles).
+        let order: Vec<u32> = (0..corners.len() as u32).collect();
+        let triangles = ordered(scene, &order);
+        let nodes = balanced(&triangles);
+        return SceneBvh { depth: depth(&nodes), nodes, triangles, build_ms: milliseconds(start) };
+    }
+    let bvh = build_bvh2_from_tris(&corners, params(), &mut Duration::default());
     let nodes: Vec<BvhNode> = bvh
         .nodes
         .iter()
@@ -170,6 +182,16 @@ fn ordered(scene: &Scene, order: &[u32]) -> Vec<BvhTriangle> {
         }
     };
     order.iter().map(triangle).collect()
+}
+
+/// The largest number of triangles with the same centre.
+fn largest_heap(triangles: &[Triangle]) -> u32 {
+    let mut heaps: HashMap<[u32; 3], u32> = HashMap::with_capacity(triangles.len());
+    for t in triangles {
+        let aabb = t.aabb();
+        *heaps.entry(Vec3::from(aabb.min + aabb.max).to_array().map(f32::to_bits)).or_default() += 1;
+    }
+    heaps.into_values().max().unwrap_or(0)
 }
 
 /// A tree that halves the list of triangles until four or fewer are left.

@@ -121,6 +121,13 @@ fn the_balanced_fallback_is_a_proper_tree() {
 }
 
 #[test]
+fn heaps_of_equal_triangles_build_at_once() {
+    let quad = [Vec3::ZERO, Vec3::X, Vec3::ONE, Vec3::Y];
+    let heap = build(&scene_from_quads("heap", &vec![quad; 20_000], plane(1.0).materials.remove(0)));
+    assert!(heap.build_ms < 5e3 && heap.depth <= MAX_DEPTH && heap.triangles.len() == 40_000);
+}
+
+#[test]
 fn masked_materials_are_flagged() {
     let mut scene = plane(1.0);
     assert_eq!(build(&scene).triangles[0].flags, 0);

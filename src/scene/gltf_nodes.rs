@@ -113,7 +113,7 @@ fn camera(
     let wanted = node.name.clone().or_else(|| camera.name.clone()).unwrap_or_else(|| format!("camera {number}"));
     let (right_ws, up_ws, forward_ws) = frame(world);
     Ok(Some(Camera {
-        name: unique(wanted, names),
+        name: unique(&wanted, names),
         position_ws: world.w_axis.truncate(),
         right_ws,
         up_ws,
@@ -124,10 +124,10 @@ fn camera(
 }
 
 /// `wanted`, or with the first free number behind it. `names` maps a name to the next number to try.
-fn unique(wanted: String, names: &mut HashMap<String, u32>) -> String {
-    let mut name = wanted.clone();
+fn unique(wanted: &str, names: &mut HashMap<String, u32>) -> String {
+    let mut name = wanted.to_owned();
     while names.contains_key(&name) {
-        let number = names.entry(wanted.clone()).or_insert(2);
+        let number = names.entry(wanted.to_owned()).or_insert(2);
         name = format!("{wanted} {number}");
         *number += 1;
     }

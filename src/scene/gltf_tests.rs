@@ -40,6 +40,7 @@ impl Parts {
         self.accessors.len() - 1
     }
 
+    #[expect(clippy::needless_pass_by_value, reason = "`json!` values read better unborrowed")]
     /// The whole file; `extra` overrides top-level keys.
     pub fn glb(&self, meshes: Value, extra: Value) -> Vec<u8> {
         let mut root = json!({

@@ -2,6 +2,18 @@
 //!
 //! Everything is in world space (metres, y up), node transforms already applied.
 
+pub mod albedo_array;
+pub mod bvh;
+pub mod gltf;
+mod gltf_accessors;
+mod gltf_buffers;
+mod gltf_materials;
+mod gltf_mesh;
+mod gltf_nodes;
+pub mod octahedral;
+mod parallel;
+pub mod testing;
+
 use glam::Vec3;
 
 /// One vertex in world space, as the GPU reads it (24 bytes, no padding).
@@ -156,3 +168,6 @@ pub struct Scene {
     /// Bounds of all vertices used by triangles.
     pub bounds: Aabb,
 }
+
+#[cfg(test)]
+mod asset_tests;

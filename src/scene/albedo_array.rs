@@ -1,0 +1,124 @@
+//! Base-colour textures resampled to the layers of one square texture array, and mip chains; both in linear light.
+
+use std::collections::HashMap;
+
+use super::parallel::parallel_map;
+use super::{Scene, Texture};
+
+mod resample;
+
+pub use resample::mip_chain;
+use resample::{average, resample};
+
+/// Base colours for light paths and alpha tests: every texture at one size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AlbedoArray {
+    /// Width and height of a layer.
+    pub size_px: u32,
+    /// RGBA8 layers, colour sRGB encoded, alpha linear, `4 * size_px * size_px` bytes each.
+    pub layers: Vec<Vec<u8>>,
+    /// For each material the layer of its base-colour texture, if it has one that found a place.
+    pub material_layer: Vec<Option<u32>>,
+    /// For each material a linear RGBA factor on top of `base_color`: 1 unless its texture found no place; then the
+    /// texture's average colour, with alpha 1 so that a cut-out does not become one large hole.
+    pub material_average: Vec<[f32; 4]>,
+}
+
+/// Resamples the base-colour textures of a scene to at most `max_layers` layers, in order of first use.
+#[must_use]
+pub fn build_albedo_array(scene: &Scene, max_layers: u32) -> AlbedoArray {
+    let mut slots: HashMap<u32, usize> = HashMap::new();
+    let mut used: Vec<&Texture> = Vec::new();
+    for index in scene.materials.iter().filter_map(|m| m.base_color_texture) {
+        if let Some(texture) = scene.textures.get(index as usize) {
+            slots.entry(index).or_insert_with(|| {
+                used.push(texture);
+                used.len() - 1
+            });
+        }
+    }
+    let kept = used.len().min(max_layers as usize);
+    if kept < used.len() {
+        let (all, lost) = (used.len(), used.len() - kept);
+        log::warn!("{lost} of {all} base-colour textures find no layer: light paths see their average colour");
+    }
+    let size_px = layer_size(&used[..kept]);
+    let layers = parallel_map(&used[..kept], |texture| resample(texture, size_px), &mut |_| ());
+    let averages = parallel_map(&used[kept..], |texture| average(texture), &mut |_| ());
+    let slot = |m: &super::Material| m.base_color_texture.and_then(|index| slots.get(&index).copied());
+    let material_layer = scene.materials.iter().map(|m| slot(m).filter(|s| *s < kept).map(|s| s as u32)).collect();
+    let factor = |m: &super::Material| {
+        let lost = slot(m).and_then(|s| averages.get(s.checked_sub(kept)?));
+        lost.map_or([1.0; 4], |[r, g, b, _]| [*r, *g, *b, 1.0])
+    };
+    let material_average = scene.materials.iter().map(factor).collect();
+    AlbedoArray { size_px, layers, material_layer, material_average }
+}
+
+/// The mip chains of many textures (each with whether it is sRGB encoded), on all cores.
+#[must_use]
+pub fn mip_chains(textures: &[(&Texture, bool)]) -> Vec<Vec<(u32, u32, Vec<u8>)>> {
+    parallel_map(textures, |(texture, srgb)| mip_chain(texture, *srgb), &mut |_| ())
+}
+
+/// Smaller the more layers there are, and never beyond the largest texture.
+fn layer_size(textures: &[&Texture]) -> u32 {
+    let by_count = match textures.len() {
+        0..=64 => 512,
+        65..=256 => 256,
+        _ => 128,
+    };
+    let largest = textures.iter().map(|t| t.width.max(t.height)).max().unwrap_or(1);
+    by_count.min(largest).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+    use crate::scene::testing::plane;
+
+    fn solid(size: u32, rgba: [u8; 4]) -> Texture {
+        let rgba = rgba.repeat((size * size) as usize);
+        Texture { name: "solid".into(), width: size, height: size, rgba }
+    }
+
+    fn textured(count: u32, size: u32) -> Scene {
+        let mut scene = plane(1.0);
+        scene.textures = (0..count).map(|i| solid(size, [i as u8, 100, 200, 50])).collect();
+        let plain = scene.materials.remove(0);
+        scene.materials = (0..count).map(|i| Material { base_color_texture: Some(i), ..plain.clone() }).collect();
+        scene.materials.push(plain);
+        scene
+    }
+
+    #[test]
+    fn layers_follow_materials() {
+        let mut scene = textured(3, 8);
+        scene.materials[1].base_color_texture = Some(2);
+        let array = build_albedo_array(&scene, 16);
+        assert_eq!((array.size_px, array.layers.len()), (8, 2));
+        assert_eq!(array.material_layer, [Some(0), Some(1), Some(1), None]);
+        assert_eq!(array.layers[1][..4], [2, 100, 200, 50], "a solid colour survives exactly");
+        assert_eq!(array.material_average, [[1.0; 4]; 4]);
+    }
+
+    #[test]
+    fn overflow_falls_back_to_the_average() {
+        let array = build_albedo_array(&textured(3, 4), 2);
+        assert_eq!(array.material_layer, [Some(0), Some(1), None, None]);
+        let [r, g, b, a] = array.material_average[2];
+        assert!((r - 2.0 / 255.0 / 12.92).abs() < 1e-6 && (g - 0.127_44).abs() < 1e-4);
+        assert!((b - 0.577_58).abs() < 1e-4 && a == 1.0);
+    }
+
+    #[test]
+    fn size_depends_on_count_and_sources() {
+        let (big, small) = (solid(1024, [0; 4]), solid(16, [0; 4]));
+        assert_eq!(layer_size(&[&big; 64]), 512);
+        assert_eq!(layer_size(&[&big; 65]), 256);
+        assert_eq!(layer_size(&[&big; 257]), 128);
+        assert_eq!(layer_size(&[&small; 3]), 16);
+        assert_eq!(layer_size(&[]), 1);
+    }
+}

@@ -1,0 +1,320 @@
+//! The bounding volume hierarchy of a scene's triangles, in the layouts that shaders read, and its CPU traversal.
+
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use obvhs::BvhBuildParams;
+use obvhs::bvh2::builder::build_bvh2_from_tris;
+use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::triangle::Triangle;
+
+use super::Scene;
+
+/// Set in [`BvhTriangle::flags`] where the material is alpha-masked.
+pub const FLAG_ALPHA_MASKED: u32 = 1;
+
+/// No tree is deeper, so a traversal that descends to one child and stacks the other needs at most 63 slots.
+pub const MAX_DEPTH: u32 = 64;
+
+/// More triangles than this around one and the same point are not clustered.
+const MAX_HEAP: u32 = 4096;
+
+/// One node of the binary tree, 32 bytes, node 0 the root:
+/// `vec3 min` at 0, `uint prim_count` at 12, `vec3 max` at 16, `uint first_index` at 28.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct BvhNode {
+    /// Smallest corner of the box.
+    pub min: [f32; 3],
+    /// Number of triangles; 0 marks an inner node.
+    pub prim_count: u32,
+    /// Largest corner of the box.
+    pub max: [f32; 3],
+    /// Leaf: the first triangle. Inner node: the left child, the right one being the next node.
+    pub first_index: u32,
+}
+
+/// One triangle in the order of the tree, 48 bytes:
+/// `vec3 v0`, `uint triangle_index`, `vec3 edge1`, `uint material`, `vec3 edge2`, `uint flags`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct BvhTriangle {
+    /// First corner, world space.
+    pub v0: [f32; 3],
+    /// Triangle of the scene: its corners are `indices[3 * triangle_index ..]`.
+    pub triangle_index: u32,
+    /// Second corner minus first.
+    pub edge1: [f32; 3],
+    /// Index into the scene's materials.
+    pub material: u32,
+    /// Third corner minus first.
+    pub edge2: [f32; 3],
+    /// [`FLAG_ALPHA_MASKED`] or 0.
+    pub flags: u32,
+}
+
+const _: () = assert!(size_of::<BvhNode>() == 32 && size_of::<BvhTriangle>() == 48);
+
+/// A binary BVH over all triangles of a scene.
+pub struct SceneBvh {
+    /// Nodes, the root first.
+    pub nodes: Vec<BvhNode>,
+    /// Triangles in the order that the leaves refer to.
+    pub triangles: Vec<BvhTriangle>,
+    /// Levels of the tree, at most [`MAX_DEPTH`].
+    pub depth: u32,
+    /// Wall-clock time of the build in milliseconds.
+    pub build_ms: f64,
+}
+
+/// An eight-wide compressed BVH (Ylitie et al. 2017) over all triangles of a scene.
+pub struct SceneCwBvh {
+    /// Nodes of 80 bytes, as `obvhs::cwbvh::node::CwBvhNode` lays them out: min and max planes interleaved per axis.
+    pub nodes: Vec<[u32; 20]>,
+    /// Triangles in the order that the leaves refer to.
+    pub triangles: Vec<BvhTriangle>,
+    /// Wall-clock time of the build in milliseconds.
+    pub build_ms: f64,
+}
+
+/// Where a ray meets the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in lengths of the ray's direction.
+    pub t: f32,
+    /// Triangle of the scene.
+    pub triangle_index: u32,
+    /// Weight of the triangle's second corner.
+    pub u: f32,
+    /// Weight of the triangle's third corner.
+    pub v: f32,
+}
+
+/// A ray, or the part of one between two distances.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Origin, world space.
+    pub origin: Vec3,
+    /// Direction of any length but zero.
+    pub direction: Vec3,
+    /// Hits nearer than this do not count.
+    pub t_min: f32,
+    /// Hits at this distance or farther do not count.
+    pub t_max: f32,
+}
+
+/// What both kinds of tree are built with.
+///
+/// Every triangle appears once (no spatial splits), which keeps leaves and triangle buffer the size of the scene.
+const fn params() -> BvhBuildParams {
+    BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() }
+}
+
+/// Builds the binary tree.
+#[must_use]
+pub fn build(scene: &Scene) -> SceneBvh {
+    let start = Instant::now();
+    let corners = corners(scene);
+    if largest_heap(&corners) > MAX_HEAP {
+        // The clustering below takes quadratic time on such heaps (35 s for 40,000 equal triangles).
+        let order: Vec<u32> = (0..corners.len() as u32).collect();
+        let triangles = ordered(scene, &order);
+        let nodes = balanced(&triangles);
+        return SceneBvh { depth: depth(&nodes), nodes, triangles, build_ms: milliseconds(start) };
+    }
+    let bvh = build_bvh2_from_tris(&corners, params(), &mut Duration::default());
+    let nodes: Vec<BvhNode> = bvh
+        .nodes
+        .iter()
+        .map(|n| BvhNode {
+            min: Vec3::from(n.aabb().min).to_array(),
+            prim_count: n.prim_count,
+            max: Vec3::from(n.aabb().max).to_array(),
+            first_index: n.first_index,
+        })
+        .collect();
+    let triangles = ordered(scene, &bvh.primitive_indices);
+    let mut bvh = SceneBvh { depth: depth(&nodes), nodes, triangles, build_ms: 0.0 };
+    if bvh.depth > MAX_DEPTH {
+        // Heaps of coinciding triangles make a chain; a plain tree over the same order is always shallow.
+        bvh.nodes = balanced(&bvh.triangles);
+        bvh.depth = depth(&bvh.nodes);
+    }
+    bvh.build_ms = milliseconds(start);
+    bvh
+}
+
+/// Builds the eight-wide tree.
+#[must_use]
+pub fn build_cw(scene: &Scene) -> SceneCwBvh {
+    let start = Instant::now();
+    let bvh = build_cwbvh_from_tris(&corners(scene), params(), &mut Duration::default());
+    let nodes = bvh.nodes.iter().map(|n| bytemuck::cast(*n)).collect();
+    SceneCwBvh { nodes, triangles: ordered(scene, &bvh.primitive_indices), build_ms: milliseconds(start) }
+}
+
+fn milliseconds(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+fn corners(scene: &Scene) -> Vec<Triangle> {
+    let corner = |i: u32| Vec3::from_array(scene.vertices[i as usize].position_ws).into();
+    let triangle = |t: &[u32]| Triangle { v0: corner(t[0]), v1: corner(t[1]), v2: corner(t[2]) };
+    scene.indices.chunks_exact(3).map(triangle).collect()
+}
+
+/// The triangles in the order of the tree.
+fn ordered(scene: &Scene, order: &[u32]) -> Vec<BvhTriangle> {
+    let position = |i: u32| Vec3::from_array(scene.vertices[i as usize].position_ws);
+    let triangle = |triangle_index: &u32| {
+        let t = *triangle_index as usize;
+        let [a, b, c] = [0, 1, 2].map(|k| position(scene.indices[3 * t + k]));
+        let material = scene.triangle_materials[t];
+        let masked = scene.materials[material as usize].alpha_cutoff.is_some();
+        BvhTriangle {
+            v0: a.to_array(),
+            triangle_index: *triangle_index,
+            edge1: (b - a).to_array(),
+            material,
+            edge2: (c - a).to_array(),
+            flags: if masked { FLAG_ALPHA_MASKED } else { 0 },
+        }
+    };
+    order.iter().map(triangle).collect()
+}
+
+/// The largest number of triangles with the same centre.
+fn largest_heap(triangles: &[Triangle]) -> u32 {
+    let mut heaps: HashMap<[u32; 3], u32> = HashMap::with_capacity(triangles.len());
+    for t in triangles {
+        let aabb = t.aabb();
+        *heaps.entry(Vec3::from(aabb.min + aabb.max).to_array().map(f32::to_bits)).or_default() += 1;
+    }
+    heaps.into_values().max().unwrap_or(0)
+}
+
+/// A tree that halves the list of triangles until four or fewer are left.
+fn balanced(triangles: &[BvhTriangle]) -> Vec<BvhNode> {
+    let mut nodes = vec![bounding_leaf(triangles, 0, triangles.len())];
+    let mut next = 0;
+    while next < nodes.len() {
+        let (first, count) = (nodes[next].first_index as usize, nodes[next].prim_count as usize);
+        if count > 4 {
+            (nodes[next].prim_count, nodes[next].first_index) = (0, nodes.len() as u32);
+            let middle = first + count / 2;
+            nodes.push(bounding_leaf(triangles, first, middle));
+            nodes.push(bounding_leaf(triangles, middle, first + count));
+        }
+        next += 1;
+    }
+    nodes
+}
+
+fn bounding_leaf(triangles: &[BvhTriangle], first: usize, end: usize) -> BvhNode {
+    let (mut min, mut max) = (Vec3::MAX, Vec3::MIN);
+    for triangle in &triangles[first..end] {
+        let [v0, edge1, edge2] = [triangle.v0, triangle.edge1, triangle.edge2].map(Vec3::from_array);
+        for p in [v0, v0 + edge1, v0 + edge2] {
+            (min, max) = (min.min(p), max.max(p));
+        }
+    }
+    BvhNode { min: min.to_array(), prim_count: (end - first) as u32, max: max.to_array(), first_index: first as u32 }
+}
+
+fn depth(nodes: &[BvhNode]) -> u32 {
+    let mut stack = vec![(0u32, 1u32)];
+    let mut deepest = 0;
+    while let Some((i, level)) = stack.pop() {
+        deepest = deepest.max(level);
+        let node = &nodes[i as usize];
+        if node.prim_count == 0 {
+            stack.extend([(node.first_index, level + 1), (node.first_index + 1, level + 1)]);
+        }
+    }
+    deepest
+}
+
+impl SceneBvh {
+    /// The nearest triangle along the ray, either side, alpha ignored.
+    #[must_use]
+    pub fn trace_closest(&self, ray: &Ray) -> Option<Hit> {
+        let mut closest = None;
+        let mut ray = *ray;
+        self.traverse(&mut ray, |hit, ray| {
+            ray.t_max = hit.t;
+            closest = Some(hit);
+            true
+        });
+        closest
+    }
+
+    /// Whether any triangle lies on the ray, alpha ignored.
+    #[must_use]
+    pub fn trace_any(&self, ray: &Ray) -> bool {
+        let mut found = false;
+        self.traverse(&mut ray.clone(), |_, _| {
+            found = true;
+            false
+        });
+        found
+    }
+
+    /// Calls `on_hit` for every triangle within the ray's range until it says `false`; nearer children come first.
+    fn traverse(&self, ray: &mut Ray, mut on_hit: impl FnMut(Hit, &mut Ray) -> bool) {
+        let inverse = ray.direction.recip();
+        let mut stack = Vec::with_capacity(MAX_DEPTH as usize);
+        stack.push((0u32, enter(&self.nodes[0], ray, inverse)));
+        while let Some((i, t)) = stack.pop() {
+            if t >= ray.t_max {
+                continue;
+            }
+            let node = &self.nodes[i as usize];
+            let first = node.first_index;
+            if node.prim_count == 0 {
+                let [left, right] = [first, first + 1].map(|i| (i, enter(&self.nodes[i as usize], ray, inverse)));
+                stack.extend(if left.1 < right.1 { [right, left] } else { [left, right] });
+                continue;
+            }
+            for triangle in &self.triangles[first as usize..(first + node.prim_count) as usize] {
+                if let Some(hit) = triangle.intersect(ray)
+                    && !on_hit(hit, ray)
+                {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// Where the ray enters a node's box; infinite for a miss.
+fn enter(node: &BvhNode, ray: &Ray, inverse: Vec3) -> f32 {
+    let t0 = (Vec3::from_array(node.min) - ray.origin) * inverse;
+    let t1 = (Vec3::from_array(node.max) - ray.origin) * inverse;
+    let near = t0.min(t1).max_element().max(ray.t_min);
+    // A hair of slack, as rounding must not lose a triangle on the far face.
+    let far = t0.max(t1).min_element().min(ray.t_max) * 1.000_001;
+    if near <= far { near } else { f32::INFINITY }
+}
+
+impl BvhTriangle {
+    /// Möller and Trumbore's test, both sides.
+    #[must_use]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let [v0, edge1, edge2] = [self.v0, self.edge1, self.edge2].map(Vec3::from_array);
+        let p = ray.direction.cross(edge2);
+        let inverse = edge1.dot(p).recip();
+        let s = ray.origin - v0;
+        let u = s.dot(p) * inverse;
+        let q = s.cross(edge1);
+        let v = ray.direction.dot(q) * inverse;
+        let t = edge2.dot(q) * inverse;
+        // Written so that NaN (a ray within the plane) is a miss.
+        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < ray.t_max;
+        inside.then_some(Hit { t, triangle_index: self.triangle_index, u, v })
+    }
+}
+
+#[cfg(test)]
+#[path = "bvh_tests.rs"]
+mod tests;

@@ -1,0 +1,148 @@
+//! Tests of the hierarchy against brute force.
+
+use super::*;
+use crate::scene::testing::{box_room, plane, scene_from_quads};
+
+/// A small generator, so that failures repeat.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
+    }
+}
+
+fn soup(count: usize, random: &mut Random) -> Scene {
+    let quads: Vec<[Vec3; 4]> = (0..count)
+        .map(|_| {
+            let (at, u, v) = (random.vector() * 5.0, random.vector() * 0.4, random.vector() * 0.4);
+            [at, at + u, at + u + v, at + v]
+        })
+        .collect();
+    let material = plane(1.0).materials.remove(0);
+    scene_from_quads("soup", &quads, material)
+}
+
+fn ray(origin: Vec3, direction: Vec3) -> Ray {
+    Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+}
+
+#[test]
+fn agrees_with_brute_force() {
+    let mut random = Random(7);
+    let bvh = build(&soup(1500, &mut random));
+    let (mut hits, mut shortened) = (0, 0);
+    for _ in 0..2000 {
+        let mut ray = ray(random.vector() * 6.0, random.vector());
+        let brute = |ray: &Ray| {
+            let all = bvh.triangles.iter().filter_map(|t| t.intersect(ray));
+            all.min_by(|a, b| a.t.total_cmp(&b.t))
+        };
+        let expected = brute(&ray);
+        assert_eq!(bvh.trace_closest(&ray).map(|h| h.t), expected.map(|h| h.t));
+        assert_eq!(bvh.trace_any(&ray), expected.is_some());
+        hits += u32::from(expected.is_some());
+        ray.t_max = random.next() * 4.0;
+        let expected = brute(&ray).is_some();
+        assert_eq!(bvh.trace_any(&ray), expected);
+        shortened += u32::from(expected);
+    }
+    assert!(hits > 400 && shortened > 50, "{hits} and {shortened} hits test too little");
+}
+
+#[test]
+fn every_triangle_is_in_one_leaf_and_inside_its_box() {
+    let scene = soup(700, &mut Random(3));
+    let bvh = build(&scene);
+    let mut seen = vec![0; bvh.triangles.len()];
+    for node in bvh.nodes.iter().filter(|n| n.prim_count > 0) {
+        for t in node.first_index..node.first_index + node.prim_count {
+            let triangle = &bvh.triangles[t as usize];
+            seen[triangle.triangle_index as usize] += 1;
+            for corner in [Vec3::ZERO, triangle.edge1.into(), triangle.edge2.into()] {
+                let p = Vec3::from_array(triangle.v0) + corner;
+                assert!(p.cmpge(Vec3::from(node.min) - 1e-5).all() && p.cmple(Vec3::from(node.max) + 1e-5).all());
+            }
+        }
+    }
+    assert!(seen.iter().all(|n| *n == 1) && seen.len() == 1400);
+    assert!(bvh.depth > 5 && bvh.depth <= MAX_DEPTH);
+}
+
+#[test]
+fn known_hits_in_a_room_and_on_a_plane() {
+    let bvh = build(&box_room(2.0, Vec3::ONE));
+    for direction in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
+        let hit = bvh.trace_closest(&ray(Vec3::new(0.1, 0.2, -0.3), direction)).unwrap();
+        let expected = 1.0 - Vec3::new(0.1, 0.2, -0.3).dot(direction);
+        assert!((hit.t - expected).abs() < 1e-6, "{direction}");
+    }
+    let flat = build(&plane(2.0));
+    let hit = flat.trace_closest(&ray(Vec3::new(0.5, 3.0, 0.25), Vec3::NEG_Y)).unwrap();
+    assert_eq!(hit.t, 3.0);
+    assert!(!flat.trace_any(&ray(Vec3::new(0.5, 3.0, 0.25), Vec3::Y)));
+    assert!(!flat.trace_any(&Ray { t_max: 2.9, ..ray(Vec3::new(0.5, 3.0, 0.25), Vec3::NEG_Y) }));
+    assert!(!flat.trace_any(&Ray { t_min: 3.1, ..ray(Vec3::new(0.5, 3.0, 0.25), Vec3::NEG_Y) }));
+}
+
+#[test]
+fn one_triangle_and_many_equal_ones_build() {
+    let mut scene = plane(1.0);
+    scene.indices.truncate(3);
+    scene.triangle_materials.truncate(1);
+    let bvh = build(&scene);
+    assert_eq!((bvh.triangles.len(), bvh.depth), (1, 1));
+    assert!(!build_cw(&scene).nodes.is_empty());
+    let quad = [Vec3::ZERO, Vec3::X, Vec3::ONE, Vec3::Y];
+    let same = build(&scene_from_quads("same", &[quad; 500], scene.materials.remove(0)));
+    assert_eq!(same.triangles.len(), 1000);
+    assert!(same.depth <= MAX_DEPTH);
+    let down = ray(Vec3::new(0.3, 0.2, 5.0), Vec3::NEG_Z);
+    assert_eq!(
+        same.trace_closest(&down).map(|h| h.t),
+        same.triangles[0].intersect(&down).or(same.triangles[1].intersect(&down)).map(|h| h.t)
+    );
+}
+
+#[test]
+fn the_balanced_fallback_is_a_proper_tree() {
+    let mut random = Random(5);
+    let mut bvh = build(&soup(600, &mut random));
+    let rays: Vec<Ray> = (0..500).map(|_| ray(random.vector() * 6.0, random.vector())).collect();
+    let expected: Vec<_> = rays.iter().map(|r| bvh.trace_closest(r).map(|h| h.t)).collect();
+    bvh.nodes = balanced(&bvh.triangles);
+    assert_eq!(depth(&bvh.nodes), 10);
+    assert_eq!(rays.iter().map(|r| bvh.trace_closest(r).map(|h| h.t)).collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn heaps_of_equal_triangles_build_at_once() {
+    let quad = [Vec3::ZERO, Vec3::X, Vec3::ONE, Vec3::Y];
+    let heap = build(&scene_from_quads("heap", &vec![quad; 20_000], plane(1.0).materials.remove(0)));
+    assert!(heap.build_ms < 5e3 && heap.depth <= MAX_DEPTH && heap.triangles.len() == 40_000);
+}
+
+#[test]
+fn masked_materials_are_flagged() {
+    let mut scene = plane(1.0);
+    assert_eq!(build(&scene).triangles[0].flags, 0);
+    scene.materials[0].alpha_cutoff = Some(0.5);
+    assert_eq!(build(&scene).triangles[1].flags, FLAG_ALPHA_MASKED);
+}
+
+#[test]
+fn the_wide_tree_holds_every_triangle() {
+    let scene = soup(300, &mut Random(9));
+    let wide = build_cw(&scene);
+    let mut order: Vec<u32> = wide.triangles.iter().map(|t| t.triangle_index).collect();
+    order.sort_unstable();
+    assert_eq!(order, (0..600).collect::<Vec<_>>());
+    // The root's box starts at the scene's corner.
+    let corner = Vec3::from([0, 1, 2].map(|i| f32::from_bits(wide.nodes[0][i])));
+    assert!((corner - scene.bounds.min).abs().max_element() < 1e-3);
+}

@@ -1,0 +1,140 @@
+//! Reads glTF 2.0 files (`.gltf` with its files, `.glb`) into a [`Scene`].
+//!
+//! The file is not trusted: whatever is in it, the outcome is a scene or an error that names the fault.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+
+use super::gltf_buffers::Document;
+use super::gltf_materials::{decode_images, default_material, materials};
+use super::gltf_mesh::Geometry;
+use super::gltf_nodes::{Found, default_sun, framing_camera, walk};
+use super::{Aabb, Draw, Material, Scene, Vertex};
+use crate::{Error, Result};
+
+/// Extensions a file may require. Quantised attributes are read like any others.
+const SUPPORTED_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
+
+/// Loads a scene from a file. `progress` hears a stage (`buffers`, `meshes`, `textures`), the steps done and their number.
+///
+/// # Errors
+/// [`Error::File`] for everything that is wrong with the file or with those it refers to.
+pub fn load(path: &Path, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    let bytes =
+        std::fs::read(path).map_err(|e| Error::file(path, format_args!("the scene file cannot be read: {e}")))?;
+    let base = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let name = path.file_stem().map_or_else(|| "scene".into(), OsStr::to_string_lossy);
+    let document = Document::parse(path, Some(base), &bytes, progress)?;
+    assemble(&name, &document, progress)
+}
+
+/// Loads a scene from the bytes of a GLB (or of a `.gltf` without external files), `name` standing for its path.
+///
+/// # Errors
+/// [`Error::File`] for everything that is wrong with the bytes, external files included.
+pub fn load_bytes(name: &str, glb: &[u8], progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    let document = Document::parse(Path::new(name), None, glb, progress)?;
+    assemble(name, &document, progress)
+}
+
+fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    let unsupported = |e: &&String| !SUPPORTED_EXTENSIONS.contains(&e.as_str());
+    if let Some(extension) = document.root.extensions_required.iter().find(unsupported) {
+        return Err(document.error(format_args!("it requires the extension {extension}, which is not supported")));
+    }
+    let mut found = walk(document)?;
+    let geometry = gather(document, &found, progress)?;
+    let (mut materials, images) = materials(document)?;
+    let textures = decode_images(document, &images, &mut materials, progress)?;
+    let Geometry { vertices, corners, .. } = geometry;
+    let runs = Runs::new(corners, &mut materials);
+    if runs.indices.is_empty() {
+        return Err(document.error("the scene has no triangles"));
+    }
+    let bounds = bounds(&vertices, &runs.indices);
+    complete(&mut found, &bounds);
+    let Runs { indices, triangle_materials, draws } = runs;
+    let Found { cameras, lights, .. } = found;
+    let name = name.to_owned();
+    Ok(Scene { name, vertices, indices, triangle_materials, draws, materials, textures, cameras, lights, bounds })
+}
+
+/// The triangles of all meshes of the scene, with one line in the log for each kind of thing left out.
+fn gather(document: &Document, found: &Found, progress: &dyn Fn(&str, u64, u64)) -> Result<Geometry> {
+    let mut geometry = Geometry::new(document.root.materials.len());
+    let total = found.instances.len() as u64;
+    for (i, instance) in found.instances.iter().enumerate() {
+        progress("meshes", i as u64, total);
+        geometry.add(document, instance)?;
+    }
+    progress("meshes", total, total);
+    if geometry.not_triangles > 0 {
+        log::warn!("{} primitives of points or lines are left out", geometry.not_triangles);
+    }
+    if geometry.incomplete > 0 {
+        log::warn!("{} primitives end in an incomplete triangle, which is left out", geometry.incomplete);
+    }
+    if geometry.degenerate > 0 {
+        log::info!("{} triangles without an area are left out", geometry.degenerate);
+    }
+    Ok(geometry)
+}
+
+/// Triangles in the order of their materials.
+struct Runs {
+    indices: Vec<u32>,
+    triangle_materials: Vec<u32>,
+    draws: Vec<Draw>,
+}
+
+impl Runs {
+    /// Concatenates the corners of each material; adds the default material when something uses it or there is none.
+    fn new(corners: Vec<Vec<u32>>, materials: &mut Vec<Material>) -> Self {
+        let mut runs = Self { indices: Vec::new(), triangle_materials: Vec::new(), draws: Vec::new() };
+        if materials.is_empty() || corners.last().is_some_and(|c| !c.is_empty()) {
+            materials.push(default_material());
+        }
+        runs.indices.reserve_exact(corners.iter().map(Vec::len).sum());
+        for (material, corners) in (0u32..).zip(corners) {
+            if corners.is_empty() {
+                continue;
+            }
+            let (first_index, index_count) = (runs.indices.len() as u32, corners.len() as u32);
+            runs.draws.push(Draw { first_index, index_count, material });
+            runs.triangle_materials.resize(runs.triangle_materials.len() + corners.len() / 3, material);
+            runs.indices.extend(corners);
+        }
+        runs
+    }
+}
+
+/// Bounds of the vertices that triangles use.
+pub(super) fn bounds(vertices: &[Vertex], indices: &[u32]) -> Aabb {
+    let empty = Aabb { min: Vec3::MAX, max: Vec3::MIN };
+    indices.iter().fold(empty, |bounds, i| {
+        let p = Vec3::from_array(vertices[*i as usize].position_ws);
+        Aabb { min: bounds.min.min(p), max: bounds.max.max(p) }
+    })
+}
+
+/// A camera and a light for scenes that bring none.
+fn complete(found: &mut Found, bounds: &Aabb) {
+    if found.cameras.is_empty() {
+        log::info!("the scene has no camera: one named `default` frames it");
+        found.cameras.push(framing_camera(bounds));
+    }
+    if found.lights.is_empty() {
+        log::info!("the scene has no light: a default sun shines");
+        found.lights.push(default_sun());
+    }
+}
+
+#[cfg(test)]
+#[path = "gltf_tests.rs"]
+mod tests;
+
+#[cfg(test)]
+#[path = "gltf_robustness_tests.rs"]
+mod robustness;

@@ -1,0 +1,246 @@
+//! Triangles of glTF meshes, transformed to world space and gathered by material.
+
+use ::gltf::json::Index;
+use ::gltf::json::accessor::Accessor;
+use ::gltf::json::mesh::{Mode, Primitive, Semantic};
+use ::gltf::json::validation::Checked;
+use glam::{Mat3, Mat4, Vec3};
+
+use super::Vertex;
+use super::gltf_buffers::Document;
+use super::gltf_nodes::Instance;
+use super::octahedral::pack_octahedral;
+use crate::Result;
+
+/// The most vertices, and the most triangles, a scene may have.
+const MAX_COUNT: u64 = 1 << 26;
+/// The farthest a vertex may be from the origin: beyond it, areas overflow in single precision.
+const MAX_COORDINATE: f32 = 1e9;
+
+/// Geometry gathered so far.
+#[derive(Default)]
+pub(super) struct Geometry {
+    /// All vertices.
+    pub vertices: Vec<Vertex>,
+    /// Triangle corners for each material of the glTF, and last for primitives without one.
+    pub corners: Vec<Vec<u32>>,
+    /// Triangles without an area, left out.
+    pub degenerate: u64,
+    /// Primitives of points or lines, left out.
+    pub not_triangles: u64,
+    /// Primitives whose last corners make no whole triangle.
+    pub incomplete: u64,
+    announced_vertices: u64,
+    announced_triangles: u64,
+}
+
+/// A primitive in world space.
+struct Shape {
+    positions: Vec<Vec3>,
+    normals: Option<Vec<Vec3>>,
+    uvs: Vec<[f32; 2]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Geometry {
+    /// Room for the given number of glTF materials.
+    pub fn new(materials: usize) -> Self {
+        Self { corners: vec![Vec::new(); materials + 1], ..Self::default() }
+    }
+
+    /// Adds all triangles of one placed mesh.
+    pub fn add(&mut self, document: &Document, instance: &Instance) -> Result<()> {
+        let m = instance.mesh;
+        let Some(mesh) = document.root.meshes.get(m) else {
+            return Err(document.error(format_args!("mesh {m} does not exist")));
+        };
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let what = format!("mesh {m}, primitive {p}");
+            let no_material = self.corners.len() - 1;
+            let material = primitive.material.map_or(no_material, |material| material.value());
+            if material > no_material || (primitive.material.is_some() && material == no_material) {
+                return Err(document.error(format_args!("{what} refers to material {material}, which does not exist")));
+            }
+            let Checked::Valid(mode) = primitive.mode else {
+                return Err(document.error(format_args!("{what} has an unknown mode")));
+            };
+            if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+                self.not_triangles += 1;
+                continue;
+            }
+            let mut shape = self.read(document, &what, primitive, mode)?;
+            self.degenerate += shape.place(&instance.world);
+            if shape.positions.iter().any(|p| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE) {
+                return Err(document.error(format_args!("{what} has a vertex position that is not finite or too far")));
+            }
+            match shape.normals.take() {
+                Some(normals) => self.push_shared(material, &shape, &normals),
+                None => self.push_flat(material, &shape),
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, document: &Document, what: &str, primitive: &Primitive, mode: Mode) -> Result<Shape> {
+        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+        let Some(position) = attribute(Semantic::Positions) else {
+            return Err(document.error(format_args!("{what} has no positions")));
+        };
+        self.announce(document, position, primitive.indices, mode)?;
+        let positions = vectors(document.read_floats::<3>(what, position)?);
+        let count = positions.len();
+        let same = |name: &str, len: usize| {
+            let differ = format_args!("{what} has {len} {name} for {count} positions");
+            if len == count { Ok(()) } else { Err(document.error(differ)) }
+        };
+        let normals = attribute(Semantic::Normals).map(|a| document.read_floats::<3>(what, a)).transpose()?;
+        let normals = normals.map(vectors);
+        same("normals", normals.as_ref().map_or(count, Vec::len))?;
+        let uvs = attribute(Semantic::TexCoords(0)).map(|a| document.read_floats::<2>(what, a)).transpose()?;
+        let mut uvs = uvs.unwrap_or_else(|| vec![[0.0; 2]; count]);
+        same("texture coordinates", uvs.len())?;
+        uvs.iter_mut().flatten().filter(|c| !c.is_finite()).for_each(|c| *c = 0.0);
+        let indices = match primitive.indices {
+            Some(accessor) => document.read_indices(what, accessor)?,
+            None => (0..count as u32).collect(),
+        };
+        if let Some(bad) = indices.iter().find(|i| **i as usize >= count) {
+            return Err(document.error(format_args!("{what} has the index {bad} but only {count} vertices")));
+        }
+        self.incomplete += u64::from(if mode == Mode::Triangles { indices.len() % 3 != 0 } else { indices.len() < 3 });
+        Ok(Shape { positions, normals, uvs, triangles: triangulate(mode, &indices) })
+    }
+
+    /// Keeps the totals within bounds before anything is read or allocated.
+    fn announce(
+        &mut self,
+        document: &Document,
+        position: Index<Accessor>,
+        indices: Option<Index<Accessor>>,
+        mode: Mode,
+    ) -> Result<()> {
+        let vertices = document.accessor_count(position)?;
+        let corners = indices.map_or(Ok(vertices), |i| document.accessor_count(i))?;
+        self.announced_vertices = self.announced_vertices.saturating_add(vertices);
+        // A strip or fan makes a triangle of every further corner.
+        let triangles = if mode == Mode::Triangles { corners / 3 } else { corners };
+        self.announced_triangles = self.announced_triangles.saturating_add(triangles);
+        if self.announced_vertices > MAX_COUNT || self.announced_triangles > MAX_COUNT {
+            return Err(document.error(format_args!("the scene has more than {MAX_COUNT} vertices or triangles")));
+        }
+        Ok(())
+    }
+
+    /// Keeps the vertices as they are; unusable normals become that of a triangle at the vertex.
+    fn push_shared(&mut self, material: usize, shape: &Shape, normals: &[Vec3]) {
+        let mut normals = normals.to_vec();
+        for triangle in &shape.triangles {
+            for corner in triangle {
+                let normal = &mut normals[*corner as usize];
+                if *normal == Vec3::ZERO {
+                    *normal = shape.face_normal(*triangle);
+                }
+            }
+        }
+        let base = self.vertices.len() as u32;
+        let vertices = shape.positions.iter().zip(&normals).zip(&shape.uvs);
+        self.vertices.extend(vertices.map(|((p, n), uv)| vertex(*p, *n, *uv)));
+        self.corners[material].extend(shape.triangles.iter().flatten().map(|i| base + i));
+    }
+
+    /// Gives every triangle three vertices of its own, with its geometric normal.
+    fn push_flat(&mut self, material: usize, shape: &Shape) {
+        for triangle in &shape.triangles {
+            let normal = shape.face_normal(*triangle);
+            for corner in triangle.map(|i| i as usize) {
+                self.corners[material].push(self.vertices.len() as u32);
+                self.vertices.push(vertex(shape.positions[corner], normal, shape.uvs[corner]));
+            }
+        }
+    }
+}
+
+impl Shape {
+    /// Transforms to world space, keeps front faces in front under mirroring, drops and counts triangles without area.
+    fn place(&mut self, world: &Mat4) -> u64 {
+        let linear = Mat3::from_mat4(*world);
+        let mirrored = linear.determinant() < 0.0;
+        let to_world = normal_matrix(&linear, mirrored);
+        self.positions.iter_mut().for_each(|p| *p = world.transform_point3(*p));
+        // Zero marks a normal that cannot be used.
+        self.normals.iter_mut().flatten().for_each(|n| *n = (to_world * n.normalize_or_zero()).normalize_or_zero());
+        if mirrored {
+            self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let before = self.triangles.len();
+        let positions = &self.positions;
+        self.triangles.retain(|t| {
+            let [a, b, c] = t.map(|i| positions[i as usize]);
+            // Not merely the area: its square must not vanish either, or no one could normalise the normal.
+            // Positions that are not finite stay, to be found by the caller.
+            (b - a).cross(c - a).length_squared() != 0.0
+        });
+        (before - self.triangles.len()) as u64
+    }
+
+    fn face_normal(&self, triangle: [u32; 3]) -> Vec3 {
+        let [a, b, c] = triangle.map(|i| self.positions[i as usize]);
+        (b - a).cross(c - a).normalize_or(Vec3::Z)
+    }
+}
+
+/// The inverse transpose up to a positive factor; cofactors, so that it exists for flattened meshes too.
+fn normal_matrix(m: &Mat3, mirrored: bool) -> Mat3 {
+    // Scaled first, or the products of tiny or huge scales would leave the range of floats.
+    let size = m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
+    let m = if size > 0.0 { *m * (1.0 / size) } else { *m };
+    let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    if mirrored { cofactors * -1.0 } else { cofactors }
+}
+
+fn vectors(arrays: Vec<[f32; 3]>) -> Vec<Vec3> {
+    arrays.into_iter().map(Vec3::from_array).collect()
+}
+
+fn vertex(position: Vec3, normal: Vec3, uv: [f32; 2]) -> Vertex {
+    Vertex { position_ws: position.to_array(), normal_oct: pack_octahedral(normal), uv }
+}
+
+/// Triangles of a list, strip or fan, wound as the glTF specification says.
+fn triangulate(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
+        Mode::TriangleStrip => {
+            let odd = |(i, w): (usize, &[u32])| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] };
+            indices.windows(3).enumerate().map(odd).collect()
+        }
+        Mode::TriangleFan => indices.get(1..).unwrap_or(&[]).windows(2).map(|w| [w[0], w[1], indices[0]]).collect(),
+        _ => indices.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_wind_as_specified() {
+        assert_eq!(triangulate(Mode::TriangleStrip, &[0, 1, 2, 3]), [[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(triangulate(Mode::TriangleFan, &[0, 1, 2, 3]), [[1, 2, 0], [2, 3, 0]]);
+        assert_eq!(triangulate(Mode::Triangles, &[0, 1, 2, 3, 4]), [[0, 1, 2]]);
+        for mode in [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan] {
+            assert!(triangulate(mode, &[]).is_empty() && triangulate(mode, &[0, 1]).is_empty());
+        }
+    }
+
+    #[test]
+    fn normals_use_the_inverse_transpose() {
+        let stretch = Mat3::from_diagonal(Vec3::new(2.0, 1.0, 1.0));
+        let n = (normal_matrix(&stretch, false) * Vec3::new(1.0, 1.0, 0.0)).normalize();
+        assert!((n - Vec3::new(1.0, 2.0, 0.0).normalize()).length() < 1e-6);
+        let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+        assert_eq!(normal_matrix(&mirror, true) * Vec3::X, Vec3::NEG_X);
+        assert_eq!(normal_matrix(&mirror, true) * Vec3::Y, Vec3::Y);
+        let tiny = Mat3::from_diagonal(Vec3::splat(1e-25));
+        assert_eq!((normal_matrix(&tiny, false) * Vec3::Y).normalize(), Vec3::Y);
+    }
+}

@@ -1,0 +1,118 @@
+//! Support for tests: tiny scenes in memory, a GLB writer and the place of the large shared assets.
+//!
+//! Part of the library so that integration tests can use it; the program itself does not.
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+
+use super::gltf::bounds;
+use super::gltf_materials::default_material;
+use super::gltf_nodes::{default_sun, framing_camera};
+use super::octahedral::pack_octahedral;
+use super::{Draw, Material, Scene, Vertex};
+
+/// A white square in the plane y = 0, centred at the origin, `size` metres wide, facing up.
+#[must_use]
+pub fn plane(size: f32) -> Scene {
+    let h = 0.5 * size;
+    let corners = [Vec3::new(-h, 0.0, h), Vec3::new(h, 0.0, h), Vec3::new(h, 0.0, -h), Vec3::new(-h, 0.0, -h)];
+    scene_from_quads("plane", &[corners], default_material())
+}
+
+/// A closed cube around the origin, `size` metres wide, seen from inside: all walls of one diffuse `albedo`.
+#[must_use]
+pub fn box_room(size: f32, albedo: Vec3) -> Scene {
+    let h = 0.5 * size;
+    let quads: Vec<[Vec3; 4]> = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z]
+        .map(|out| {
+            let u = Vec3::new(out.y, out.z, out.x).abs();
+            let v = out.cross(u);
+            // Clockwise seen from outside, so that the front faces inwards.
+            [out - u - v, out - u + v, out + u + v, out + u - v].map(|p| p * h)
+        })
+        .into();
+    let material = Material { name: "wall".into(), base_color: albedo.extend(1.0).to_array(), ..default_material() };
+    scene_from_quads("box room", &quads, material)
+}
+
+/// A scene of planar quads, each counter-clockwise seen from its front, with uv over the unit square.
+#[must_use]
+pub fn scene_from_quads(name: &str, quads: &[[Vec3; 4]], material: Material) -> Scene {
+    let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    let (mut vertices, mut indices) = (Vec::new(), Vec::new());
+    for quad in quads {
+        let first = vertices.len() as u32;
+        let normal_oct = pack_octahedral((quad[1] - quad[0]).cross(quad[2] - quad[0]).normalize_or(Vec3::Z));
+        vertices.extend(quad.iter().zip(uvs).map(|(p, uv)| Vertex { position_ws: p.to_array(), normal_oct, uv }));
+        indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
+    }
+    let bounds = bounds(&vertices, &indices);
+    Scene {
+        name: name.into(),
+        triangle_materials: vec![0; indices.len() / 3],
+        draws: vec![Draw { first_index: 0, index_count: indices.len() as u32, material: 0 }],
+        vertices,
+        indices,
+        materials: vec![material],
+        textures: Vec::new(),
+        cameras: vec![framing_camera(&bounds)],
+        lights: vec![default_sun()],
+        bounds,
+    }
+}
+
+/// The bytes of a GLB with the given JSON text and binary chunk (left out when empty).
+#[must_use]
+pub fn glb_from(json: &str, bin: &[u8]) -> Vec<u8> {
+    let mut chunks = Vec::new();
+    let mut chunk = |kind: &[u8; 4], data: &[u8], pad: u8| {
+        let padded = data.len().next_multiple_of(4);
+        chunks.extend((padded as u32).to_le_bytes());
+        chunks.extend(kind);
+        chunks.extend(data);
+        chunks.resize(chunks.len() + padded - data.len(), pad);
+    };
+    chunk(b"JSON", json.as_bytes(), b' ');
+    if !bin.is_empty() {
+        chunk(b"BIN\0", bin, 0);
+    }
+    let length = 12 + chunks.len() as u32;
+    [b"glTF".as_slice(), &2u32.to_le_bytes(), &length.to_le_bytes(), &chunks].concat()
+}
+
+/// The folder with the large assets and references: `$GRIDLIGHT_SHARED`, or `../shared` beside the checkout.
+///
+/// Tests that need it print that they are skipped where it is absent.
+#[must_use]
+pub fn shared_dir() -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+    let folder = std::env::var_os("GRIDLIGHT_SHARED").map_or_else(beside, PathBuf::from);
+    folder.join("assets").is_dir().then_some(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::octahedral::unpack_octahedral;
+
+    #[test]
+    fn the_room_faces_inwards() {
+        let room = box_room(2.0, Vec3::splat(0.5));
+        assert_eq!((room.indices.len(), room.bounds.min, room.bounds.max), (36, Vec3::NEG_ONE, Vec3::ONE));
+        for v in &room.vertices {
+            assert!(unpack_octahedral(v.normal_oct).dot(Vec3::from_array(v.position_ws)) < -0.99);
+        }
+        for t in room.indices.chunks_exact(3) {
+            let [a, b, c] = [0, 1, 2].map(|i| Vec3::from_array(room.vertices[t[i] as usize].position_ws));
+            assert!((b - a).cross(c - a).dot(a) < 0.0);
+        }
+    }
+
+    #[test]
+    fn the_plane_faces_up() {
+        let plane = plane(4.0);
+        assert!(unpack_octahedral(plane.vertices[0].normal_oct).y > 0.9999);
+        assert_eq!((plane.bounds.min.x, plane.bounds.max.z), (-2.0, 2.0));
+    }
+}

@@ -116,7 +116,7 @@ vec3 safe_inverse(vec3 direction) {
     return 1.0 / safe;
 }
 
-const uint STACK_SIZE = 48u;
+const uint STACK_SIZE = 64u;
 
 bool is_hole(BvhTriangle tri, vec2 barycentric) {
     return (tri.flags & 1u) != 0u

@@ -1,0 +1,75 @@
+// One iteration of the edge-avoiding a-trous wavelet (Dammertz et al. 2010) over the shadowed and the unshadowed
+// estimate at once. Weights stop at normals, positions and colours; the colour is that of the analytic lighting,
+// which has no noise. One thread per pixel.
+#include "common/frame.glsl"
+#include "common/octahedral.glsl"
+#include "common/color.glsl"
+#include "common/gbuffer.glsl"
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
+layout(set = 0, binding = 1) uniform texture2D depth_image;
+layout(set = 0, binding = 2) uniform utexture2D normals_image;
+layout(set = 0, binding = 3) uniform texture2D lighting_image;
+layout(set = 0, binding = 4) uniform texture2D shadowed_image;
+layout(set = 0, binding = 5) uniform texture2D unshadowed_image;
+layout(set = 0, binding = 6, rgba16f) uniform writeonly image2D out_shadowed;
+layout(set = 0, binding = 7, rgba16f) uniform writeonly image2D out_unshadowed;
+layout(push_constant) uniform Push { int step_px; };
+
+const float KERNEL[3] = float[](3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0);
+const float NORMAL_POWER = 32.0;
+// Distance from the tangent plane, in units of the pixel's footprint, and ratio of luminances, at which a weight
+// falls to 1/e.
+const float PLANE_SIGMA = 4.0;
+const float COLOR_SIGMA = 1.5;
+
+float brightness(ivec2 p) {
+    vec3 lighting = texelFetch(lighting_image, p, 0).rgb;
+    return log2(max(luminance(lighting), 1e-20));
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 size = ivec2(image_size());
+    if (any(greaterThanEqual(pixel, size))) {
+        return;
+    }
+    float depth = texelFetch(depth_image, pixel, 0).x;
+    if (depth <= 0.0) {
+        imageStore(out_shadowed, pixel, vec4(0.0));
+        imageStore(out_unshadowed, pixel, vec4(0.0));
+        return;
+    }
+    vec3 position = position_from_depth(uvec2(pixel), depth);
+    vec3 normal = unpack_octahedral(texelFetch(normals_image, pixel, 0).x);
+    float center_brightness = brightness(pixel);
+    float footprint = 2.0 * length(frame.up.xyz) / float(size.y) * frame.eye_near.w / depth;
+    float plane_scale = 1.0 / (PLANE_SIGMA * footprint);
+    vec3 shadowed = vec3(0.0);
+    vec3 unshadowed = vec3(0.0);
+    float weights = 0.0;
+    for (int y = -2; y <= 2; ++y) {
+        for (int x = -2; x <= 2; ++x) {
+            ivec2 p = pixel + ivec2(x, y) * step_px;
+            if (any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size))) {
+                continue;
+            }
+            float depth_p = texelFetch(depth_image, p, 0).x;
+            if (depth_p <= 0.0) {
+                continue;
+            }
+            vec3 offset = position_from_depth(uvec2(p), depth_p) - position;
+            vec3 normal_p = unpack_octahedral(texelFetch(normals_image, p, 0).x);
+            float weight = KERNEL[abs(x)] * KERNEL[abs(y)];
+            weight *= pow(max(dot(normal, normal_p), 0.0), NORMAL_POWER);
+            weight *= exp(-abs(dot(offset, normal)) * plane_scale);
+            weight *= exp(-abs(brightness(p) - center_brightness) / COLOR_SIGMA);
+            shadowed += weight * texelFetch(shadowed_image, p, 0).rgb;
+            unshadowed += weight * texelFetch(unshadowed_image, p, 0).rgb;
+            weights += weight;
+        }
+    }
+    imageStore(out_shadowed, pixel, vec4(shadowed / max(weights, 1e-20), 1.0));
+    imageStore(out_unshadowed, pixel, vec4(unshadowed / max(weights, 1e-20), 1.0));
+}

@@ -1,0 +1,59 @@
+// Removes the n x n pattern along one axis: averages a window that holds every sub-image equally often, without
+// crossing the discontinuity buffer. The first of the two passes also puts the pixels back in place. One thread
+// per pixel.
+#include "common/frame.glsl"
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
+// 0: along x, reading the interleaved layout; 1: along y, reading the picture's.
+layout(constant_id = 0) const uint AXIS = 0u;
+layout(set = 0, binding = 1) uniform texture2D lighting_image;
+layout(set = 0, binding = 2, std430) readonly buffer Edges { uint edges[]; };
+layout(set = 0, binding = 3, rgba16f) uniform writeonly image2D out_lighting;
+
+vec4 lighting_at(ivec2 pixel) {
+    ivec2 p = AXIS == 0u ? ivec2(interleaved_from_pixel(uvec2(pixel))) : pixel;
+    return texelFetch(lighting_image, p, 0);
+}
+
+// Pixels that can be reached from `pixel` along `direction` (+1 or -1) without crossing an edge, at most n.
+int reach(ivec2 pixel, ivec2 axis, int direction) {
+    ivec2 size = ivec2(image_size());
+    uint bit = 1u << AXIS;
+    int n = int(interleave());
+    int steps = 0;
+    ivec2 at = pixel;
+    while (steps < n) {
+        ivec2 before = direction > 0 ? at : at - axis;
+        if (any(lessThan(before, ivec2(0))) || (edges[before.y * size.x + before.x] & bit) != 0u) {
+            break;
+        }
+        at += direction * axis;
+        ++steps;
+    }
+    return steps;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(uvec2(pixel), image_size()))) {
+        return;
+    }
+    int n = int(interleave());
+    ivec2 axis = AXIS == 0u ? ivec2(1, 0) : ivec2(0, 1);
+    int back = reach(pixel, axis, -1);
+    int ahead = reach(pixel, axis, 1);
+    // n + 1 pixels with half weight at both ends, or near an edge n pixels shifted to one side: either way every
+    // sub-image counts once.
+    bool centred = back >= n / 2 && ahead >= n / 2;
+    int first = centred ? -n / 2 : (back < n / 2 ? -back : max(ahead - n + 1, -back));
+    int last = centred ? n / 2 : min(first + n - 1, ahead);
+    vec4 sum = vec4(0.0);
+    float weights = 0.0;
+    for (int i = first; i <= last; ++i) {
+        float weight = centred && (i == first || i == last) ? 0.5 : 1.0;
+        sum += weight * lighting_at(pixel + i * axis);
+        weights += weight;
+    }
+    imageStore(out_lighting, pixel, sum / weights);
+}

@@ -1,0 +1,78 @@
+// Lighting of one G-buffer pixel by one light of the hierarchy, shared by the cubes and the top level.
+#include "common/frame.glsl"
+#include "common/random.glsl"
+#include "common/color.glsl"
+#include "common/octahedral.glsl"
+#include "common/gbuffer.glsl"
+#include "common/lights.glsl"
+#extension GL_EXT_samplerless_texture_functions : require
+
+// Only fragments that survive the depth test may touch the reservoirs.
+layout(early_fragment_tests) in;
+
+layout(set = 0, binding = 1, std430) readonly buffer MergedLights { GridLight merged_lights[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Grid { GridPlacement grid; };
+layout(set = 0, binding = 4) uniform texture2D depth_image;
+layout(set = 0, binding = 5) uniform utexture2D normals_image;
+// overdraw[pixel]: fragments, counted in statistics frames only.
+layout(set = 0, binding = 6, std430) buffer Overdraw { uint overdraw[]; };
+#define RESERVOIR_BINDING 7
+#include "light_volumes/reservoir.glsl"
+
+layout(constant_id = 0) const uint COUNT_OVERDRAW = 0u;
+
+struct Surface {
+    vec3 position_ws;
+    vec3 normal;
+    uint index;
+};
+
+// The surface at this fragment of the interleaved layout; false where there is none.
+bool surface_at(uvec2 fragment, out Surface surface) {
+    uvec2 pixel = pixel_from_interleaved(fragment);
+    surface.index = reservoir_index(fragment);
+    if (any(greaterThanEqual(pixel, image_size()))) {
+        return false;
+    }
+    float depth = texelFetch(depth_image, ivec2(pixel), 0).x;
+    if (depth <= 0.0) {
+        return false;
+    }
+    surface.position_ws = position_from_depth(pixel, depth);
+    surface.normal = unpack_octahedral(texelFetch(normals_image, ivec2(pixel), 0).x);
+    return true;
+}
+
+// Radiance per unit albedo in rgb; in a the weight f when the light may become a shadow sample.
+// Rejects on distance before anything else is read: most fragments end there.
+vec4 shade(Surface surface, uint index, float radius, uint level) {
+    vec3 offset = merged_lights[index].position_ws - surface.position_ws;
+    float distance_squared = dot(offset, offset);
+    if (level != top_level() && distance_squared >= 4.0 * radius * radius) {
+        return vec4(0.0);
+    }
+    float distance = sqrt(distance_squared);
+    float weight = blend_weight(distance, radius, level, first_level(), top_level());
+    if (weight <= 0.0) {
+        return vec4(0.0);
+    }
+    float response = weight * light_response(offset, distance, surface.normal, merged_lights[index].lobe);
+    if (response <= 0.0) {
+        return vec4(0.0);
+    }
+    vec3 radiance = response * merged_lights[index].flux;
+    float f = level >= first_shadow_level() ? luminance(radiance) : 0.0;
+#ifndef RESERVOIR_NONE
+    if (f > 0.0) {
+        update_reservoirs(surface.index, index, f);
+    }
+#endif
+    return vec4(radiance, f);
+}
+
+void count_fragments(uint pixel_index, uint fragments) {
+    if (COUNT_OVERDRAW != 0u) {
+        atomicAdd(overdraw[pixel_index], fragments);
+    }
+}

@@ -8,6 +8,7 @@ import argparse
 import pathlib
 import sys
 
+sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from courtyard import scene  # noqa: E402  (the package lies next to this file)

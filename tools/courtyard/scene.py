@@ -43,9 +43,11 @@ def materials(doc):
 
 def hangings(doc, mats):
     """Awnings over the court, banners on the balustrade, curtains, cloth in the arcades."""
-    strip = [cloth.awning(2 * L.HALF_Z - 0.2, 1.25, 0.85, p) for p in (0.4, 2.1)]
-    for i, (x, color) in enumerate(((3.0, "ochre"), (4.7, "red"))):
-        doc.place(f"{color} awning", [(strip[i % 2], mats[color])], (x, 6.15, 0.0))
+    span = 2 * L.HALF_Z - 0.2
+    strips = (cloth.awning(span, 0.75, 0.6, 0.9), cloth.awning(span, 1.25, 0.85, 0.4),
+              cloth.awning(span, 1.25, 0.85, 2.1))
+    for strip, x, color in zip(strips, (1.4, 3.0, 4.7), ("blue", "ochre", "red")):
+        doc.place(f"{color} awning", [(strip, mats[color])], (x, 6.15, 0.0))
     rail = [cloth.draped(0.92, 1.25, p) for p in (0.3, 1.7)]
     # (side, position along it, colour): cloth thrown over the balustrade.
     for i, (side, along, color) in enumerate((
@@ -57,8 +59,7 @@ def hangings(doc, mats):
     # Narrow cloths beside the columns of the sunny arcade, where the sun still reaches them,
     # and wide ones across the shaded arcade.
     narrow = [cloth.banner(1.15, 2.0, p, 2.5, 0.06) for p in (0.0, 1.3)]
-    for i, (x, color) in enumerate(((-3.6, "red"), (-1.2, "ochre"), (1.2, "green"),
-                                    (3.6, "blue"))):
+    for i, (x, color) in enumerate(((-1.2, "red"), (1.2, "ochre"), (3.6, "green"))):
         doc.place(f"{color} hanging", [(narrow[i % 2], mats[color])],
                   (x, 2.72, L.HALF_Z + 0.92), yaw(90))
     wide = cloth.banner(1.9, 1.5, 0.6, 3.5, 0.07)
@@ -85,7 +86,7 @@ def plants(doc, mats):
     spots = ((-4.95, 0.0, 2.5, 1), (-3.3, 0.0, 2.75, 0), (-0.9, 0.0, 2.8, 1), (1.5, 0.0, 2.75, 0),
              (5.0, 0.0, 2.5, 1), (5.05, 0.0, 0.9, 0), (5.0, 0.0, -0.9, 0), (0.0, 0.0, -2.8, 0),
              (-1.4, 0.0, -2.8, 1), (-7.9, L.FLOOR, -5.5, 1), (8.2, L.FLOOR, 5.7, 1),
-             (8.3, L.FLOOR, 0.0, 1), (-2.5, L.FLOOR, 6.05, 0), (2.4, L.FLOOR, 6.0, 1))
+             (8.3, L.FLOOR, 0.0, 1), (-1.2, L.FLOOR, 6.05, 0), (2.4, L.FLOOR, 6.0, 1))
     for i, (x, y, z, kind) in enumerate(spots):
         turn, size = yaw(47 * i % 360), (0.9, 1.0, 1.12)[i % 3]
         doc.place("pot", pot_parts, (x, y, z), turn, size)
@@ -142,8 +143,8 @@ def build():
     """The bytes of `courtyard.glb` and the number of triangles drawn."""
     doc = Document()
     mats = materials(doc)
-    doc.camera("court", (-7.7, 1.65, -1.0), (0.2, 2.75, 1.45), 58.0)
-    doc.camera("arcade", (-5.5, 1.6, 5.6), (2.0, 2.0, 4.55), 58.0)
+    doc.camera("court", (-7.75, 1.65, -1.0), (0.2, 2.7, 1.6), 58.0)
+    doc.camera("arcade", (-5.3, 1.6, 5.55), (2.0, 1.95, 4.4), 58.0)
     doc.sun("sun", (0.42, -1.0, 0.54), (1.0, 0.93, 0.82), 16.0)
     architecture.floors(doc, mats)
     architecture.outer_walls(doc, mats)

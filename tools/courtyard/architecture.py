@@ -33,7 +33,7 @@ def column(radius, height, base, segments, bumps):
     torus = []
     for i in range(7):
         a = -math.pi / 2 + math.pi * i / 6
-        torus.append((radius * 1.12 + 0.16 * radius * 2 * 0.5 * math.cos(a) + radius * 0.08,
+        torus.append((radius * 1.12 + 0.16 * radius * math.cos(a) + radius * 0.08,
                       plinth + 0.16 * base * (0.5 + 0.5 * math.sin(a))))
     mesh.lathe([(radius * 1.2, plinth - 0.005), *torus], segments)
     y0 = torus[-1][1]
@@ -194,7 +194,7 @@ def blind_arcade(doc, mats):
         stones.box((x0, 0.05, front - 0.03), (x1, 0.3, back), skip="r" if s > 0 else "l")
     dado.box((-radius, 0.1, back - 0.03), (radius, 1.3, back + 0.02), skip="bf")
     panel.box((-radius, 1.3, back - 0.05), (radius, 1.37, back + 0.02), skip="f")
-    door, frame = Mesh(0.4), Mesh(2.0)
+    door, frame = Mesh(0.4, upright=True), Mesh(2.0)
     door.box((-0.62, 0.1, back - 0.05), (0.62, 2.5, back + 0.02), skip="bf")
     for i in range(2):
         for y in (0.28, 1.0, 1.72):

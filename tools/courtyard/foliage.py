@@ -61,5 +61,7 @@ def ivy(seed, count, width, height):
         lean = (rng.next(-0.5, 0.5), rng.next(-0.35, 0.45), 1.0)
         s = rng.next(0.2, 0.3)
         aim = (rng.next(-0.5, 0.5), -1.0, rng.next(0.0, 0.5))
-        card(mesh, (x, y + s / 2, rng.next(0.03, 0.12)), aim, lean, s, s)
+        # Below the handrail the strands swing out over the floor's edge.
+        out = 0.36 * min(1.0, max(0.0, (-0.5 - y) / 0.35))
+        card(mesh, (x, y + s / 2, out + rng.next(0.03, 0.12)), aim, lean, s, s)
     return mesh

@@ -34,10 +34,14 @@ def normalize(a):
 
 
 class Mesh:
-    """An indexed triangle mesh under construction."""
+    """An indexed triangle mesh under construction.
 
-    def __init__(self, tile=1.0):
+    With `upright`, flat faces run their texture's u axis upwards (planks of a door).
+    """
+
+    def __init__(self, tile=1.0, upright=False):
         self.tile = tile
+        self.upright = upright
         self.vertices = []
         self.indices = []
         self._known = {}
@@ -59,6 +63,11 @@ class Mesh:
             self.indices += (a, b, c)
 
     def planar_uv(self, p, n):
+        """Box projection, turned by a quarter for `upright` meshes."""
+        u, v = self.box_uv(p, n)
+        return (-v, u) if self.upright else (u, v)
+
+    def box_uv(self, p, n):
         """Box projection along the largest component of the normal; v runs downwards."""
         ax, ay, az = abs(n[0]), abs(n[1]), abs(n[2])
         s = 1.0 / self.tile
@@ -182,7 +191,7 @@ class Mesh:
             self.triangle(*(ids[k] for k in other.indices[i:i + 3]))
 
     def buffers(self):
-        """Packed positions, normals, texture coordinates and 32-bit-safe indices."""
+        """Packed positions, normals and texture coordinates."""
         flat = [c for v in self.vertices for c in v[:3]], \
                [c for v in self.vertices for c in normalize(v[3:6])], \
                [c for v in self.vertices for c in v[6:]]

@@ -56,7 +56,7 @@ def limestone():
 
     def at(u, v):
         return 0, 0.7 * broad(u, v) + 0.45 * fine(u, v) - 0.07
-    return surface(256, [((0.52, 0.45, 0.35), (0.76, 0.69, 0.58))], at)
+    return surface(256, [((0.52, 0.45, 0.35), (0.75, 0.69, 0.58))], at)
 
 
 def _ashlar_block(u, v):
@@ -81,7 +81,7 @@ def ashlar():
     def height(u, v):
         _, edge = _ashlar_block(u, v)
         return min(1.0, edge / 0.014) + 0.3 * fine(u, v)
-    ramps = [((0.5, 0.4, 0.28), (0.76, 0.67, 0.52)), ((0.36, 0.29, 0.21), (0.56, 0.47, 0.36))]
+    ramps = [((0.5, 0.4, 0.28), (0.75, 0.67, 0.52)), ((0.36, 0.29, 0.21), (0.56, 0.47, 0.36))]
     return surface(256, ramps, at), normal_map(128, 0.006, height)
 
 
@@ -91,7 +91,7 @@ def plaster():
 
     def at(u, v):
         return 0, 0.85 * broad(u, v) + 0.25 * fine(u, v) - 0.05
-    return surface(256, [((0.58, 0.49, 0.37), (0.77, 0.71, 0.6))], at)
+    return surface(256, [((0.58, 0.49, 0.37), (0.75, 0.69, 0.58))], at)
 
 
 def _paving(u, v):

@@ -1,11 +1,17 @@
 //! gridlight: many-light rendering with the Lighting Grid Hierarchy on explicit Vulkan 1.3.
 
 pub mod app;
+pub mod camera;
 pub mod cli;
+pub mod cpu;
 pub mod error;
+pub mod frame;
 pub mod gpu;
 pub mod graph;
+pub mod light_grid;
+pub mod passes;
 pub mod progress;
+pub mod renderer;
 pub mod report;
 pub mod scene;
 pub mod settings;

@@ -4,6 +4,7 @@
 #include "common/random.glsl"
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
+#include "common/dispatch.glsl"
 
 layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer SlotPositions { vec4 slot_positions[]; };
@@ -18,7 +19,7 @@ layout(set = 0, binding = 7, std430) buffer LightCounts { uint light_counts[]; }
 layout(push_constant) uniform Push { uint slot_count; };
 
 void main() {
-    uint index = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * WORKGROUP_SIZE;
+    uint index = linear_thread();
     uint vpl_count = min(slot_ranks[(slot_count + 31u) / 32u], frame.counts.y);
     uint scene_light_count = frame.lights.w;
     if (index == 0u) {

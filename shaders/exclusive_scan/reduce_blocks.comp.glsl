@@ -1,6 +1,7 @@
 // First of three steps of the exclusive prefix sum of set bits: the sum of each block of SCAN_BLOCK words.
 // One workgroup per block. Reduce-then-scan, which needs no forward-progress guarantee.
 #include "constants.glsl"
+#include "common/dispatch.glsl"
 layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer Bits { uint bits[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer BlockSums { uint block_sums[]; };
@@ -13,7 +14,7 @@ void main() {
     uint lane = gl_LocalInvocationID.x;
     uint sum = 0u;
     for (uint i = 0u; i < SCAN_BLOCK / WORKGROUP_SIZE; ++i) {
-        uint word = gl_WorkGroupID.x * SCAN_BLOCK + i * WORKGROUP_SIZE + lane;
+        uint word = linear_group() * SCAN_BLOCK + i * WORKGROUP_SIZE + lane;
         sum += word < word_count ? uint(bitCount(bits[first_word + word])) : 0u;
     }
     partial[lane] = sum;
@@ -25,6 +26,8 @@ void main() {
         barrier();
     }
     if (lane == 0u) {
-        block_sums[gl_WorkGroupID.x] = partial[0];
+        if (linear_group() * SCAN_BLOCK < word_count) {
+            block_sums[linear_group()] = partial[0];
+        }
     }
 }

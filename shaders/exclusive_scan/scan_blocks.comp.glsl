@@ -1,5 +1,6 @@
 // Third step: ranks[word] = number of set bits before that word in the scanned range. One workgroup per block.
 #include "constants.glsl"
+#include "common/dispatch.glsl"
 #include "exclusive_scan/workgroup_scan.glsl"
 layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer Bits { uint bits[]; };
@@ -11,7 +12,7 @@ const uint WORDS_PER_LANE = SCAN_BLOCK / WORKGROUP_SIZE;
 
 void main() {
     uint lane = gl_LocalInvocationID.x;
-    uint first = gl_WorkGroupID.x * SCAN_BLOCK + lane * WORDS_PER_LANE;
+    uint first = linear_group() * SCAN_BLOCK + lane * WORDS_PER_LANE;
     uint words[WORDS_PER_LANE];
     uint sum = 0u;
     for (uint i = 0u; i < WORDS_PER_LANE; ++i) {
@@ -19,7 +20,8 @@ void main() {
         sum += words[i];
     }
     uint total;
-    uint rank = block_sums[gl_WorkGroupID.x] + workgroup_exclusive_scan(lane, sum, total);
+    uint block = min(linear_group(), (word_count - 1u) / SCAN_BLOCK);
+    uint rank = block_sums[block] + workgroup_exclusive_scan(lane, sum, total);
     for (uint i = 0u; i < WORDS_PER_LANE; ++i) {
         if (first + i < word_count) {
             ranks[first_word + first + i] = rank;

@@ -5,6 +5,7 @@
 #include "common/random.glsl"
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
+#include "common/dispatch.glsl"
 
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 1, std430) writeonly buffer SlotPositions { vec4 slot_positions[]; };
@@ -62,7 +63,7 @@ Emission emit_path(PunctualLight light, vec2 u, vec2 direction_u) {
 }
 
 void main() {
-    uint path = gl_GlobalInvocationID.x;
+    uint path = linear_thread();
     if (path >= frame.counts.z) {
         return;
     }

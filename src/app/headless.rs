@@ -1,23 +1,180 @@
 //! Rendering without a window.
 
-use crate::progress::Progress;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use crate::gpu::{Gpu, GpuOptions};
+use crate::graph::to_dot;
+use crate::progress::{Bar, Progress};
+use crate::renderer::{Renderer, UploadedScene};
 use crate::report::files::Outputs;
+use crate::report::machine::{Machine, peak_resident_bytes};
+use crate::report::table::table;
+use crate::report::timings::{Device, FrameTimes, Memory, Program, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
+use crate::report::{FileKind, statistics};
+use crate::scene::{Camera, Scene, gltf};
 use crate::settings::Settings;
 use crate::{Error, Result};
+
+/// The scene shown when none is named.
+const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
 
 /// Renders the frames that the settings ask for, writes the outputs and prints the table unless `quiet`.
 ///
 /// # Errors
 /// Whatever stands in the way; the outputs are then as they were.
-pub fn render(settings: &Settings, _progress: Progress, _quiet: bool) -> Result<()> {
-    let _outputs = Outputs::prepare(settings)?;
-    Err(Error::Failure("this version cannot render yet".to_owned()))
+pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()> {
+    let outputs = Outputs::prepare(settings)?;
+    let gpu = open_gpu(settings)?;
+    let scene = load_scene(settings, &progress)?;
+    let camera = find_camera(&scene, settings.camera.as_deref())?;
+    let uploaded = upload(&gpu, &scene, &progress)?;
+    let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
+    let frames = run_frames(&mut renderer, settings, &progress)?;
+    let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
+    gpu.check_validation()?;
+    if !quiet {
+        super::say(&table(&times));
+    }
+    if let Some(picture) = outputs.picture {
+        let radiance = renderer.read_radiance()?;
+        let srgb = renderer.read_picture()?;
+        picture.commit_picture((settings.size.width, settings.size.height), &radiance, || srgb)?;
+    }
+    if let Some(timings) = outputs.timings {
+        let bytes = match timings.kind() {
+            FileKind::Csv => to_csv(&frames)?,
+            _ => {
+                let counts = statistics::count(&gpu, &uploaded, camera, settings, &renderer)?;
+                report(settings, &gpu, &scene, camera, &renderer, times, counts).to_json()?
+            }
+        };
+        timings.commit(&bytes)?;
+    }
+    gpu.check_validation()
 }
 
 /// Prints the frame graph of the settings as Graphviz.
 ///
 /// # Errors
 /// When the graph cannot be planned.
-pub fn print_graph(_settings: &Settings) -> Result<()> {
-    Err(Error::Failure("this version has no frame graph to print yet".to_owned()))
+pub fn print_graph(settings: &Settings) -> Result<()> {
+    let gpu = open_gpu(settings)?;
+    let scene = load_scene(settings, &Progress::hidden())?;
+    let camera = find_camera(&scene, settings.camera.as_deref())?;
+    let uploaded = UploadedScene::new(&gpu, &scene)?;
+    let renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
+    super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
+    Ok(())
+}
+
+fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
+    let options =
+        GpuOptions { select: settings.gpu.clone(), validation: settings.validation, baseline_only: false };
+    Gpu::new(&options)
+}
+
+fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
+    let bar: RefCell<Option<(String, Bar)>> = RefCell::new(None);
+    let report = |step: &str, done: u64, total: u64| {
+        let mut current = bar.borrow_mut();
+        if current.as_ref().is_none_or(|(name, _)| name != step) {
+            *current = Some((step.to_owned(), progress.bar(step, total)));
+        }
+        if let Some((_, bar)) = current.as_ref() {
+            bar.set(done);
+        }
+    };
+    match &settings.scene {
+        Some(path) => gltf::load(path, &report),
+        None => gltf::load_bytes("courtyard", COURTYARD, &report),
+    }
+}
+
+fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<UploadedScene> {
+    let bar = progress.bar("BVH", 1);
+    let uploaded = UploadedScene::new(gpu, scene)?;
+    bar.set(1);
+    Ok(uploaded)
+}
+
+/// The camera of that name or index; the first when none is named.
+fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera> {
+    let found = match wanted {
+        None => scene.cameras.first(),
+        Some(name) => scene
+            .cameras
+            .iter()
+            .find(|c| c.name == name)
+            .or_else(|| scene.cameras.get(name.parse::<usize>().ok()?)),
+    };
+    found.ok_or_else(|| {
+        let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+        Error::Usage(format!(
+            "--camera {} is not in the scene; its cameras are {}",
+            wanted.unwrap_or_default(),
+            names.join(", ")
+        ))
+    })
+}
+
+/// Serial frames: each is waited for before the next, so that wall clock and GPU clock can be compared.
+fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progress) -> Result<Vec<FrameTimes>> {
+    let names = renderer.pass_names();
+    let total = settings.warmup + settings.frames;
+    let bar = progress.bar("frames", u64::from(total));
+    let mut frames = Vec::with_capacity(settings.frames as usize);
+    for index in 0..total {
+        let ticket = renderer.submit()?;
+        let times = renderer.wait(ticket)?;
+        if index >= settings.warmup {
+            let gpu_ms = times.pass_ms.iter().sum();
+            let pass_ms = names.iter().cloned().zip(times.pass_ms).collect();
+            frames.push(FrameTimes { pass_ms, gpu_ms, cpu_ms: times.cpu_ms });
+        }
+        bar.set(u64::from(index) + 1);
+    }
+    bar.finish();
+    Ok(frames)
+}
+
+fn report(
+    settings: &Settings,
+    gpu: &Gpu,
+    scene: &Scene,
+    camera: &Camera,
+    renderer: &Renderer,
+    times: RunTimes,
+    counts: crate::report::timings::Counts,
+) -> RunReport {
+    let device = gpu.report();
+    let mut settings = settings.clone();
+    // What `None` stood for.
+    settings.reservoir = Some(renderer.shape().reservoir);
+    RunReport {
+        schema: SCHEMA,
+        program: Program::this(),
+        device: Device {
+            name: device.name.clone(),
+            driver: device.driver.clone(),
+            api_version: device.api_version.clone(),
+            vendor_id: device.vendor_id,
+            device_id: device.device_id,
+            driver_version: device.driver_version,
+        },
+        machine: Machine::here(),
+        scene: SceneInfo {
+            name: scene.name.clone(),
+            path: settings.scene.as_ref().map(|p| p.display().to_string()),
+            triangles: scene.indices.len() as u64 / 3,
+            cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
+            camera: camera.name.clone(),
+        },
+        frames: settings.frames,
+        warmup: settings.warmup,
+        settings,
+        times,
+        memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
+        counts,
+    }
 }

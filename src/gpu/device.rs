@@ -185,7 +185,7 @@ fn create_device(
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
         .timeline_semaphore(true)
         .shader_buffer_int64_atomics(optional.int64_atomics);
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).shader_demote_to_helper_invocation(true);
     let mut features = vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut v12).push_next(&mut v13);
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features);
     // SAFETY: only features reported by the device are enabled; pointers outlive the call.

@@ -30,6 +30,8 @@ pub struct DeviceReport {
     pub vendor_id: u32,
     /// PCI device.
     pub device_id: u32,
+    /// The vendor's number of the driver version.
+    pub driver_version: u32,
     /// Required features the device lacks; empty means gridlight runs on it.
     pub missing: Vec<&'static str>,
     /// Optional features found.
@@ -104,6 +106,7 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
         },
         vendor_id: p.vendor_id,
         device_id: p.device_id,
+        driver_version: p.driver_version,
         missing,
         optional,
         limits: limits(&p.limits, subgroup.subgroup_size),
@@ -149,6 +152,7 @@ fn features(
     let required = [
         ("dynamicRendering", v13.dynamic_rendering),
         ("synchronization2", v13.synchronization2),
+        ("shaderDemoteToHelperInvocation", v13.shader_demote_to_helper_invocation),
         ("timelineSemaphore", v12.timeline_semaphore),
         ("fragmentStoresAndAtomics", core.fragment_stores_and_atomics),
     ];

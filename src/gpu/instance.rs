@@ -17,7 +17,8 @@ pub(super) type Messages = Arc<Mutex<Vec<String>>>;
 
 /// Loader, instance and, with validation, the messenger that collects its messages.
 pub struct Instance {
-    pub(super) entry: ash::Entry,
+    /// Keeps the loader library open.
+    _entry: ash::Entry,
     pub(super) raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// Kept alive for the messenger's user data pointer.
@@ -45,7 +46,7 @@ impl Instance {
         let raw = create_instance(&entry, &layers, has_debug_utils, validation)?;
         let messages = Messages::default();
         let messenger = (validation && has_debug_utils).then(|| create_messenger(&entry, &raw, &messages)).transpose()?;
-        Ok(Self { entry, raw, messenger, messages, has_debug_utils })
+        Ok(Self { _entry: entry, raw, messenger, messages, has_debug_utils })
     }
 
     /// Validation messages (warnings and errors) so far.

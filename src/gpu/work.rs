@@ -48,7 +48,15 @@ impl Dispatch {
     /// One thread per item in workgroups of `group_size`.
     #[must_use]
     pub fn threads(count: u32, group_size: u32) -> Self {
-        Self::Groups([count.div_ceil(group_size).max(1), 1, 1])
+        Self::groups(count.div_ceil(group_size))
+    }
+
+    /// At least `count` workgroups, spread over two dimensions when there are more than one may hold
+    /// (`common/dispatch.glsl` numbers them).
+    #[must_use]
+    pub fn groups(count: u32) -> Self {
+        let x = count.clamp(1, 32_768);
+        Self::Groups([x, count.div_ceil(x).max(1), 1])
     }
 
     /// One thread per pixel in square workgroups of edge `tile`.
@@ -121,6 +129,20 @@ pub struct Viewport {
     pub height_px: f32,
     /// Scissor rectangle: x, y, width, height.
     pub scissor_px: [u32; 4],
+}
+
+impl Viewport {
+    /// All of an image.
+    #[must_use]
+    pub fn whole(width: u32, height: u32) -> Self {
+        Self {
+            x_px: 0.0,
+            y_px: 0.0,
+            width_px: width as f32,
+            height_px: height as f32,
+            scissor_px: [0, 0, width, height],
+        }
+    }
 }
 
 /// One draw with its pipeline.

@@ -3,6 +3,7 @@
 pub mod files;
 pub mod image_files;
 pub mod machine;
+pub mod statistics;
 pub mod stats;
 pub mod table;
 pub mod timings;

@@ -2,6 +2,7 @@
 //!
 //! Everything is in world space (metres, y up), node transforms already applied.
 
+pub mod upload;
 pub mod albedo_array;
 pub mod bvh;
 pub mod gltf;

@@ -1,0 +1,70 @@
+//! From a scene camera to the frame's constants. Reversed Z, infinite far plane, y down in the picture.
+
+use glam::{Mat4, Vec3, Vec4};
+
+use crate::scene::Camera;
+
+/// A camera at a picture size, as the shaders use it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Clip space from world space.
+    pub clip_from_world: Mat4,
+    /// Eye position.
+    pub eye_ws: Vec3,
+    /// Unit viewing direction.
+    pub forward_ws: Vec3,
+    /// Right vector times tan(half horizontal field of view).
+    pub right_ws: Vec3,
+    /// Up vector times tan(half vertical field of view).
+    pub up_ws: Vec3,
+    /// Near plane distance.
+    pub near: f32,
+}
+
+impl View {
+    /// The camera's view onto a picture; the vertical field of view is the camera's, the horizontal one follows.
+    #[must_use]
+    pub fn new(camera: &Camera, width_px: u32, height_px: u32) -> Self {
+        let half_height = (camera.yfov_rad * 0.5).tan();
+        let half_width = half_height * width_px as f32 / height_px as f32;
+        let row = |axis: Vec3, scale: f32| (axis * scale).extend(-axis.dot(camera.position_ws) * scale);
+        let rows = [
+            row(camera.right_ws, 1.0 / half_width),
+            row(camera.up_ws, -1.0 / half_height),
+            Vec4::new(0.0, 0.0, 0.0, camera.near),
+            row(camera.forward_ws, 1.0),
+        ];
+        Self {
+            clip_from_world: Mat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose(),
+            eye_ws: camera.position_ws,
+            forward_ws: camera.forward_ws,
+            right_ws: camera.right_ws * half_width,
+            up_ws: camera.up_ws * half_height,
+            near: camera.near,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_up_and_right_lands_up_and_right_with_reversed_depth() {
+        let camera = Camera {
+            name: String::new(),
+            position_ws: Vec3::new(1.0, 2.0, 3.0),
+            right_ws: Vec3::X,
+            up_ws: Vec3::Y,
+            forward_ws: Vec3::NEG_Z,
+            yfov_rad: std::f32::consts::FRAC_PI_2,
+            near: 0.1,
+        };
+        let view = View::new(&camera, 200, 100);
+        let clip = view.clip_from_world * Vec4::new(1.0 + 4.0, 2.0 + 1.0, 3.0 - 2.0, 1.0);
+        let ndc = clip / clip.w;
+        // At distance 2 the picture is 4 high and 8 wide: x = 4 of 4, y = 1 of 2 (up is negative).
+        assert!((ndc.x - 1.0).abs() < 1e-6 && (ndc.y + 0.5).abs() < 1e-6, "{ndc}");
+        assert!((ndc.z - 0.05).abs() < 1e-6, "{ndc}");
+    }
+}

@@ -1,0 +1,112 @@
+//! The frame in order: its table of contents.
+
+use crate::gpu::Work;
+use crate::graph::{BufferHandle, Graph, ImageHandle};
+use crate::passes::compaction::{GridLights, Lights};
+use crate::passes::compose::Indirect;
+use crate::passes::gbuffer::GBuffer;
+use crate::passes::merge::MergedLights;
+use crate::passes::tone_map::ToneMapped;
+use crate::passes::{
+    Frame, FrameShape, atrous, bounds, compaction, compose, direct_light, gbuffer, grid_gather, grid_scatter,
+    interleave, light_volumes, merge, shadow_rays, tone_map, vpl_trace,
+};
+use crate::settings::{Build, Filter, Technique};
+
+/// What can be read after a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameOutputs {
+    /// Linear radiance.
+    pub radiance: ImageHandle,
+    /// Tone-mapped picture and its exposure.
+    pub tone_mapped: ToneMapped,
+    /// Rays traced.
+    pub ray_count: BufferHandle,
+    /// The hierarchy, when the technique has one.
+    pub hierarchy: Option<HierarchyOutputs>,
+}
+
+/// Buffers of the hierarchy that outlive the frame.
+#[derive(Clone, Copy, Debug)]
+pub struct HierarchyOutputs {
+    /// S0.
+    pub lights: Lights,
+    /// Grid placement.
+    pub placement: BufferHandle,
+    /// Levels 1..=Lmax.
+    pub grid: GridLights,
+    /// The merged list.
+    pub merged: MergedLights,
+    /// Fragments per pixel of the light volumes.
+    pub overdraw: BufferHandle,
+}
+
+/// The whole frame of a technique.
+#[must_use]
+pub fn build(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutputs) {
+    let mut frame = Frame::new(shape);
+    let gbuffer = gbuffer::add(&mut frame);
+    let (indirect, hierarchy) = match technique {
+        Technique::Direct => (None, None),
+        Technique::Lgh => {
+            let (indirect, hierarchy) = lighting_grid_hierarchy(&mut frame, &gbuffer);
+            (Some(indirect), Some(hierarchy))
+        }
+    };
+    let direct = direct_light::add(&mut frame, &gbuffer);
+    let radiance = compose::add(&mut frame, &gbuffer, direct, indirect);
+    let tone_mapped = tone_map::add(&mut frame, radiance);
+    let outputs = FrameOutputs { radiance, tone_mapped, ray_count: frame.ray_count, hierarchy };
+    (frame.graph, outputs)
+}
+
+/// Only the lights S0: what the levels and capacities are chosen from before the first frame.
+#[must_use]
+pub fn build_lights(shape: FrameShape) -> (Graph<Work>, Lights) {
+    let mut frame = Frame::new(shape);
+    let slots = vpl_trace::add(&mut frame);
+    let lights = compaction::pack_lights(&mut frame, &slots);
+    (frame.graph, lights)
+}
+
+fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, HierarchyOutputs) {
+    let slots = vpl_trace::add(frame);
+    let lights = compaction::pack_lights(frame, &slots);
+    let placement = bounds::add(frame, &lights);
+    let grid = construct(frame, &lights, placement);
+    let merged = merge::add(frame, &lights, &grid);
+    let depth = interleave::split_depth(frame, gbuffer);
+    let lighting = light_volumes::add(frame, gbuffer, depth, placement, &merged);
+    let composited = interleave::composite(frame, gbuffer, lighting.image);
+    let shadows = lighting.reservoirs.map(|reservoirs| {
+        let estimates = shadow_rays::add(frame, gbuffer, &merged, &lighting, reservoirs);
+        match frame.shape.filter {
+            Filter::Atrous => atrous::add(frame, gbuffer, composited, estimates),
+            Filter::None => estimates,
+        }
+    });
+    let outputs = HierarchyOutputs { lights, placement, grid, merged, overdraw: lighting.overdraw };
+    (Indirect { lighting: composited, shadows }, outputs)
+}
+
+/// The grids: S1 by scatter, the rest by gather from S1, or everything by scatter.
+pub(crate) fn construct(frame: &mut Frame, lights: &Lights, placement: BufferHandle) -> GridLights {
+    let top = frame.shape.levels.top;
+    let grid = compaction::begin_grid(frame);
+    match frame.shape.build {
+        Build::Gather => {
+            compaction::mark_lights(frame, lights, placement, &grid, 1, 1);
+            compaction::compact_levels(frame, "S1", &grid, 1, 1);
+            grid_scatter::add(frame, lights, placement, &grid, 1);
+            compaction::mark_grid_lights(frame, placement, &grid);
+            compaction::compact_levels(frame, "upper", &grid, 2, top);
+            grid_gather::add(frame, placement, &grid);
+        }
+        Build::Scatter => {
+            compaction::mark_lights(frame, lights, placement, &grid, 1, top);
+            compaction::compact_levels(frame, "all", &grid, 1, top);
+            grid_scatter::add(frame, lights, placement, &grid, top);
+        }
+    }
+    grid
+}

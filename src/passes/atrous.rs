@@ -1,0 +1,33 @@
+//! `atrous`: edge-avoiding à-trous wavelet filter of the shadow estimates (Dammertz et al. 2010).
+
+use super::gbuffer::GBuffer;
+use super::shadow_rays::{FORMAT, ShadowEstimates};
+use super::{Frame, shader};
+use crate::gpu::ComputeWork;
+use crate::graph::{Access, ImageHandle};
+
+/// Iterations; the step doubles each time.
+const ITERATIONS: u32 = 5;
+
+/// Adds the passes; `lighting` is the analytic lighting in the picture's layout.
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle, input: ShadowEstimates) -> ShadowEstimates {
+    let mut estimates = input;
+    for iteration in 0..ITERATIONS {
+        let shadowed = frame.image(&format!("shadowed_{}", iteration + 1), FORMAT);
+        let unshadowed = frame.image(&format!("unshadowed_{}", iteration + 1), FORMAT);
+        let work =
+            ComputeWork { push: vec![1 << iteration], ..shader("atrous/filter_shadows", frame.per_pixel()) };
+        let pass = frame
+            .compute(&format!("atrous/{}", iteration + 1), work)
+            .bind(1, gbuffer.depth, Access::ComputeSampled)
+            .bind(2, gbuffer.normals, Access::ComputeSampled)
+            .bind(3, lighting, Access::ComputeSampled)
+            .bind(4, estimates.shadowed, Access::ComputeSampled)
+            .bind(5, estimates.unshadowed, Access::ComputeSampled)
+            .bind(6, shadowed, Access::ComputeWrite)
+            .bind(7, unshadowed, Access::ComputeWrite);
+        frame.graph.add_pass(pass);
+        estimates = ShadowEstimates { shadowed, unshadowed };
+    }
+    estimates
+}

@@ -1,0 +1,152 @@
+//! `compaction`: packs VPLs into S0, marks occupied grid vertices and gives each its place among the grid
+//! lights. Counts stay on the GPU.
+
+use super::exclusive_scan::{self, ScanRange};
+use super::vpl_trace::VplSlots;
+use super::{Frame, shader, threads};
+use crate::gpu::{ComputeWork, Dispatch};
+use crate::graph::{Access, BufferHandle};
+use crate::shared::{GridLight, MAX_LEVEL};
+
+/// The lights S0.
+#[derive(Clone, Copy, Debug)]
+pub struct Lights {
+    /// Position and octahedral normal.
+    pub positions: BufferHandle,
+    /// Flux; 1 for VPLs, 0 for lights that shine in all directions.
+    pub fluxes: BufferHandle,
+    /// `[0]` lights, `[1]` VPLs among them, `[2]` VPLs that did not fit.
+    pub counts: BufferHandle,
+}
+
+/// The grid lights and what leads to them.
+#[derive(Clone, Copy, Debug)]
+pub struct GridLights {
+    /// All levels, one after the other.
+    pub lights: BufferHandle,
+    /// One bit per vertex of every level.
+    pub occupancy: BufferHandle,
+    /// Set bits before each word.
+    pub ranks: BufferHandle,
+    /// First light and count of each level, then the number that did not fit.
+    pub level_table: BufferHandle,
+    /// Indirect dispatches over levels; see [`over_level`] and [`per_light`].
+    pub dispatches: BufferHandle,
+}
+
+/// Adds the passes that pack the VPLs of all paths, followed by the scene's lights.
+pub fn pack_lights(frame: &mut Frame, slots: &VplSlots) -> Lights {
+    let words = slots.count.div_ceil(32);
+    let ranks = frame.graph.transient_buffer("vpl_slot_ranks", 4 * u64::from(words + 1));
+    let range = ScanRange { bits: slots.bits, ranks, first_word: 0, word_count: words, keep_ranks: false };
+    exclusive_scan::add(frame, "vpls", range);
+    let capacity = u64::from(frame.shape.light_capacity());
+    let lights = Lights {
+        positions: frame.graph.persistent_buffer("light_positions", 16 * capacity),
+        fluxes: frame.graph.persistent_buffer("light_fluxes", 16 * capacity),
+        counts: frame.graph.persistent_buffer("light_counts", 16),
+    };
+    let work = ComputeWork {
+        push: vec![slots.count],
+        uses_scene: true,
+        ..shader("compaction/compact_vpls", threads(slots.count + frame.shape.scene_light_count))
+    };
+    let pass = frame
+        .compute("compaction/compact_vpls", work)
+        .bind(1, slots.positions, Access::ComputeRead)
+        .bind(2, slots.fluxes, Access::ComputeRead)
+        .bind(3, slots.bits, Access::ComputeRead)
+        .bind(4, ranks, Access::ComputeRead)
+        .bind(5, lights.positions, Access::ComputeWrite)
+        .bind(6, lights.fluxes, Access::ComputeWrite)
+        .bind(7, lights.counts, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    lights
+}
+
+/// Declares the grid lights and clears their occupancy.
+pub fn begin_grid(frame: &mut Frame) -> GridLights {
+    let words = u64::from(frame.shape.levels.total_words());
+    let grid = GridLights {
+        lights: frame
+            .graph
+            .persistent_buffer("grid_lights", size_of::<GridLight>() as u64 * u64::from(frame.shape.grid_capacity)),
+        occupancy: frame.graph.persistent_buffer("occupancy", 4 * (words + 1)),
+        ranks: frame.graph.persistent_buffer("occupancy_ranks", 4 * (words + 1)),
+        level_table: frame.graph.persistent_buffer("level_table", 4 * u64::from(2 * (MAX_LEVEL + 2) + 1)),
+        dispatches: frame.graph.persistent_buffer("level_dispatches", 12 * u64::from(2 * MAX_LEVEL + 2)),
+    };
+    frame.clear("compaction/clear", &[(grid.occupancy, 0), (grid.level_table, 0)]);
+    grid
+}
+
+/// Adds the pass that marks levels `first..=last` from the lights S0.
+pub fn mark_lights(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights, first: u32, last: u32) {
+    let work = ComputeWork {
+        push: vec![first, last],
+        ..shader("compaction/mark_lights", threads(frame.shape.light_capacity()))
+    };
+    let pass = frame
+        .compute("compaction/mark_lights", work)
+        .bind(1, lights.positions, Access::ComputeRead)
+        .bind(2, placement, Access::ComputeRead)
+        .bind(3, grid.occupancy, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
+}
+
+/// Adds the pass that marks levels 2..=Lmax from the S1 lights.
+pub fn mark_grid_lights(frame: &mut Frame, placement: BufferHandle, grid: &GridLights) {
+    let pass = frame
+        .compute("compaction/mark_grid_lights", shader("compaction/mark_grid_lights", per_light(grid, 1)))
+        .bind(1, grid.lights, Access::ComputeRead)
+        .bind(2, placement, Access::ComputeRead)
+        .bind(3, grid.occupancy, Access::ComputeReadWrite)
+        .bind(4, grid.level_table, Access::ComputeRead)
+        .uses(grid.dispatches, Access::IndirectRead);
+    frame.graph.add_pass(pass);
+}
+
+/// Adds the passes that rank, count and list the marked vertices of levels `first..=last`.
+pub fn compact_levels(frame: &mut Frame, what: &str, grid: &GridLights, first: u32, last: u32) {
+    let levels = frame.shape.levels;
+    let (first_word, end_word) = (levels.first_word(first), levels.end_word(last));
+    let word_count = end_word - first_word;
+    let range =
+        ScanRange { bits: grid.occupancy, ranks: grid.ranks, first_word, word_count, keep_ranks: true };
+    exclusive_scan::add(frame, what, range);
+    let count = ComputeWork {
+        push: vec![first, last, frame.shape.grid_capacity],
+        ..shader("compaction/count_lights", Dispatch::Groups([1, 1, 1]))
+    };
+    let pass = frame
+        .compute(&format!("compaction/count_lights/{what}"), count)
+        .bind(1, grid.ranks, Access::ComputeRead)
+        .bind(2, grid.level_table, Access::ComputeReadWrite)
+        .bind(3, grid.dispatches, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
+    let list =
+        ComputeWork { push: vec![first, last], ..shader("compaction/list_vertices", threads(word_count)) };
+    let pass = frame
+        .compute(&format!("compaction/list_vertices/{what}"), list)
+        .bind(1, grid.occupancy, Access::ComputeRead)
+        .bind(2, grid.ranks, Access::ComputeRead)
+        .bind(3, grid.level_table, Access::ComputeRead)
+        .bind(4, grid.lights, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
+}
+
+/// Workgroups of `WORKGROUP_SIZE` threads over the lights of a level.
+#[must_use]
+pub fn over_level(grid: &GridLights, level: u32) -> Dispatch {
+    indirect(grid, MAX_LEVEL + 1 + level)
+}
+
+/// For level 1 [`over_level`]; for the levels above one workgroup per light.
+#[must_use]
+pub fn per_light(grid: &GridLights, level: u32) -> Dispatch {
+    indirect(grid, level)
+}
+
+fn indirect(grid: &GridLights, slot: u32) -> Dispatch {
+    Dispatch::Indirect { buffer: grid.dispatches, offset_bytes: 12 * u64::from(slot) }
+}

@@ -1,0 +1,50 @@
+//! `exclusive_scan`: exclusive prefix sum of set bits, reduce-then-scan in three passes.
+
+use super::{Frame, shader};
+use crate::gpu::{ComputeWork, Dispatch};
+use crate::graph::{Access, BufferHandle};
+use crate::shared::SCAN_BLOCK;
+
+/// A range of words of bits, and where the ranks go.
+#[derive(Clone, Copy, Debug)]
+pub struct ScanRange {
+    /// The bits.
+    pub bits: BufferHandle,
+    /// Per word the number of set bits before it in the range; one more entry than words.
+    pub ranks: BufferHandle,
+    /// First word.
+    pub first_word: u32,
+    /// Number of words.
+    pub word_count: u32,
+    /// Whether `ranks` already holds the ranks of another range.
+    pub keep_ranks: bool,
+}
+
+/// Adds the three passes, named `exclusive_scan/<what>/...`.
+pub fn add(frame: &mut Frame, what: &str, range: ScanRange) {
+    let block_count = range.word_count.div_ceil(SCAN_BLOCK);
+    let sums = frame.graph.transient_buffer(&format!("scan_block_sums_{what}"), 4 * u64::from(block_count));
+    let push = vec![range.first_word, range.word_count];
+    let work = |name: &str, groups: u32| ComputeWork {
+        push: push.clone(),
+        ..shader(&format!("exclusive_scan/{name}"), Dispatch::groups(groups))
+    };
+    let write_ranks = if range.keep_ranks { Access::ComputeReadWrite } else { Access::ComputeWrite };
+    let name = |step: &str| format!("exclusive_scan/{what}/{step}");
+    let reduce = frame
+        .compute(&name("reduce_blocks"), work("reduce_blocks", block_count))
+        .bind(1, range.bits, Access::ComputeRead)
+        .bind(2, sums, Access::ComputeWrite);
+    frame.graph.add_pass(reduce);
+    let scan_sums = frame
+        .compute(&name("scan_block_sums"), work("scan_block_sums", 1))
+        .bind(1, sums, Access::ComputeReadWrite)
+        .bind(2, range.ranks, write_ranks);
+    frame.graph.add_pass(scan_sums);
+    let scan = frame
+        .compute(&name("scan_blocks"), work("scan_blocks", block_count))
+        .bind(1, range.bits, Access::ComputeRead)
+        .bind(2, sums, Access::ComputeRead)
+        .bind(3, range.ranks, Access::ComputeReadWrite);
+    frame.graph.add_pass(scan);
+}

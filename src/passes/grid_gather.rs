@@ -1,0 +1,23 @@
+//! `grid_gather`: levels 2..=Lmax, each vertex gathering the S1 lights around it (section 3.1).
+
+use super::compaction::{GridLights, per_light};
+use super::{Frame, shader};
+use crate::gpu::ComputeWork;
+use crate::graph::{Access, BufferHandle};
+
+/// Adds one pass per level.
+pub fn add(frame: &mut Frame, placement: BufferHandle, grid: &GridLights) {
+    for level in 2..=frame.shape.levels.top {
+        let work =
+            ComputeWork { push: vec![level], ..shader("grid_gather/gather_vertex", per_light(grid, level)) };
+        let pass = frame
+            .compute(&format!("grid_gather/S{level}"), work)
+            .bind(1, placement, Access::ComputeRead)
+            .bind(2, grid.occupancy, Access::ComputeRead)
+            .bind(3, grid.ranks, Access::ComputeRead)
+            .bind(4, grid.level_table, Access::ComputeRead)
+            .bind(5, grid.lights, Access::ComputeReadWrite)
+            .uses(grid.dispatches, Access::IndirectRead);
+        frame.graph.add_pass(pass);
+    }
+}

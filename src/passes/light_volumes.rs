@@ -1,0 +1,151 @@
+//! `light_volumes`: lights as instanced cubes, the top level as a full-screen pass; additive lighting and the
+//! pixels' shadow reservoirs (sections 3.2, 3.3).
+
+use ash::vk;
+
+use super::Frame;
+use super::gbuffer::GBuffer;
+use super::merge::MergedLights;
+use crate::gpu::{ColorTarget, DepthTarget, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work};
+use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo, Pass};
+use crate::settings::Reservoir;
+
+/// What the pass makes, all in the interleaved layout.
+#[derive(Clone, Copy, Debug)]
+pub struct Lighting {
+    /// Radiance per unit albedo; in alpha the sum of shadow sample weights f.
+    pub image: ImageHandle,
+    /// The reservoirs; `None` without shadow samples.
+    pub reservoirs: Option<BufferHandle>,
+    /// Fragments per pixel; counted in statistics frames only.
+    pub overdraw: BufferHandle,
+}
+
+/// Adds the passes. `depth` is the depth buffer in the interleaved layout.
+pub fn add(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    depth: ImageHandle,
+    placement: BufferHandle,
+    merged: &MergedLights,
+) -> Lighting {
+    let [width_px, height_px] = frame.shape.interleaved_px();
+    let pixels = u64::from(width_px) * u64::from(height_px);
+    let info = ImageInfo { format: frame.shape.lighting_format, width_px, height_px };
+    let image = frame.graph.transient_image("lighting", info);
+    let overdraw_bytes = if frame.shape.count_overdraw { 4 * pixels } else { 16 };
+    let overdraw = frame.graph.persistent_buffer("overdraw", overdraw_bytes);
+    let reservoirs = (frame.shape.shadow_samples > 0).then(|| {
+        let (bytes, _) = reservoir_layout(frame.shape.reservoir, frame.shape.shadow_samples);
+        frame.graph.transient_buffer("reservoirs", bytes * pixels)
+    });
+    let mut cleared = vec![(overdraw, 0)];
+    cleared.extend(reservoirs.map(|r| (r, reservoir_layout(frame.shape.reservoir, 1).1)));
+    frame.clear("light_volumes/clear", &cleared);
+    let work = RasterWork {
+        colors: vec![ColorTarget { image, clear: Some([0; 4]) }],
+        depth: Some(DepthTarget { image: depth, clear: None, write: false }),
+        extent_px: [width_px, height_px],
+        draws: draws(frame, merged),
+        uses_scene: false,
+    };
+    // Without interleaving the tested depth buffer is also the one that is sampled.
+    let depth_access =
+        if depth == gbuffer.depth { Access::DepthAttachmentReadSampled } else { Access::DepthAttachmentRead };
+    let mut pass = Pass::new("light_volumes", Work::Raster(work))
+        .bind(0, frame.data, Access::GraphicsUniform)
+        .bind(1, merged.lights, Access::GraphicsRead)
+        .bind(2, merged.tiles, Access::GraphicsRead)
+        .bind(3, placement, Access::GraphicsRead)
+        .bind(5, gbuffer.normals, Access::FragmentSampled)
+        .bind(6, overdraw, Access::FragmentReadWrite)
+        .uses(merged.draws, Access::IndirectRead)
+        .uses(image, Access::ColorAttachmentWrite);
+    pass = if depth == gbuffer.depth {
+        pass.bind(4, depth, depth_access)
+    } else {
+        pass.bind(4, gbuffer.depth, Access::FragmentSampled).uses(depth, depth_access)
+    };
+    if let Some(reservoirs) = reservoirs {
+        pass = pass.bind(7, reservoirs, Access::FragmentReadWrite);
+    }
+    frame.graph.add_pass(pass);
+    Lighting { image, reservoirs, overdraw }
+}
+
+/// Bytes per pixel and the word that means "empty".
+fn reservoir_layout(mode: Reservoir, shadow_samples: u32) -> (u64, u32) {
+    match mode {
+        Reservoir::Exact => (8 * u64::from(shadow_samples), u32::MAX),
+        Reservoir::Race | Reservoir::Lock => (4 * u64::from(shadow_samples + 2), 0),
+    }
+}
+
+/// Per sub-image the cubes, then the full-screen triangle of the top level.
+fn draws(frame: &Frame, merged: &MergedLights) -> Vec<RasterDraw> {
+    let mode = match (frame.shape.shadow_samples, frame.shape.reservoir) {
+        (0, _) => "none",
+        (_, Reservoir::Race) => "race",
+        (_, Reservoir::Lock) => "lock",
+        (_, Reservoir::Exact) => "exact",
+    };
+    let n = frame.shape.interleave;
+    let mut draws = Vec::new();
+    for tile in 0..n * n {
+        let draw = |vertex: &str, fragment: &str, depth_compare, cull, viewport, call| RasterDraw {
+            vertex: format!("light_volumes/{vertex}.vert"),
+            fragment: format!("light_volumes/{fragment}_{mode}.frag"),
+            constants: vec![u32::from(frame.shape.count_overdraw)],
+            push: vec![tile],
+            state: RasterState { additive_blend: true, depth_compare, depth_write: false, cull, scene_vertices: false },
+            viewport,
+            call,
+        };
+        let [tile_viewport, plain] = tile_viewports(frame, tile);
+        // Back faces at or behind the surface: the surface lies inside the cube. Depth is reversed.
+        draws.push(draw(
+            "draw_cubes",
+            "shade_light_volume",
+            Some(vk::CompareOp::LESS_OR_EQUAL),
+            vk::CullModeFlags::FRONT,
+            tile_viewport,
+            DrawCall::Indirect { buffer: merged.draws, offset_bytes: 16 * u64::from(tile) },
+        ));
+        draws.push(draw(
+            "cover_screen",
+            "shade_top_level",
+            None,
+            vk::CullModeFlags::NONE,
+            plain,
+            DrawCall::Direct { vertex_count: 3, instance_count: 1 },
+        ));
+    }
+    draws
+}
+
+/// The viewport that shows the picture's pixels x % n == i, y % n == j in sub-image (i, j), and the plain
+/// rectangle of that sub-image.
+fn tile_viewports(frame: &Frame, tile: u32) -> [Viewport; 2] {
+    let n = frame.shape.interleave;
+    let [tile_width, tile_height] = frame.shape.sub_image_px();
+    let (i, j) = (tile % n, tile / n);
+    let (x, y) = (i * tile_width, j * tile_height);
+    // Sub-image pixel p is picture pixel n p + i, so its centre p + 1/2 shows the picture's n p + i + 1/2.
+    let shift = |k: u32| 0.5 - (k as f32 + 0.5) / n as f32;
+    let scissor_px = [x, y, tile_width, tile_height];
+    let interleaved = Viewport {
+        x_px: x as f32 + shift(i),
+        y_px: y as f32 + shift(j),
+        width_px: frame.shape.width_px as f32 / n as f32,
+        height_px: frame.shape.height_px as f32 / n as f32,
+        scissor_px,
+    };
+    let plain = Viewport {
+        x_px: x as f32,
+        y_px: y as f32,
+        width_px: tile_width as f32,
+        height_px: tile_height as f32,
+        scissor_px,
+    };
+    [interleaved, plain]
+}

@@ -1,0 +1,157 @@
+//! The passes of the frame, one file each, named like their shader folder and their timings.
+//!
+//! A pass here is a function that declares its inputs and outputs to the frame graph; it records nothing.
+
+pub mod atrous;
+pub mod bounds;
+pub mod compaction;
+pub mod compose;
+pub mod direct_light;
+pub mod exclusive_scan;
+pub mod gbuffer;
+pub mod grid_gather;
+pub mod grid_scatter;
+pub mod interleave;
+pub mod light_volumes;
+pub mod merge;
+pub mod shadow_rays;
+pub mod tone_map;
+pub mod vpl_trace;
+
+use ash::vk;
+
+use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
+use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
+use crate::light_grid::Levels;
+use crate::settings::{Build, Filter, Reservoir};
+use crate::shared::{FrameData, WORKGROUP_SIZE};
+
+/// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameShape {
+    /// Picture width.
+    pub width_px: u32,
+    /// Picture height.
+    pub height_px: u32,
+    /// Interleaved sampling: n x n sub-images.
+    pub interleave: u32,
+    /// Levels of the hierarchy.
+    pub levels: Levels,
+    /// First level used for lighting, 0 or 1.
+    pub first_level: u32,
+    /// Light paths.
+    pub path_count: u32,
+    /// Most VPLs per path.
+    pub bounces: u32,
+    /// VPLs that fit into S0.
+    pub vpl_capacity: u32,
+    /// Scene lights in the hierarchy.
+    pub scene_light_count: u32,
+    /// Grid lights that fit, all levels together.
+    pub grid_capacity: u32,
+    /// Reservoirs per pixel; 0 is no shadows.
+    pub shadow_samples: u32,
+    /// How reservoirs are updated.
+    pub reservoir: Reservoir,
+    /// How levels above S1 are built.
+    pub build: Build,
+    /// Filter of the shadow estimates.
+    pub filter: Filter,
+    /// Format of the additively blended lighting.
+    pub lighting_format: vk::Format,
+    /// Count light-volume fragments per pixel (slower; for statistics frames).
+    pub count_overdraw: bool,
+}
+
+impl FrameShape {
+    /// Lights that fit into S0.
+    #[must_use]
+    pub fn light_capacity(&self) -> u32 {
+        (self.vpl_capacity + self.scene_light_count).max(1)
+    }
+
+    /// Size of one interleaved sub-image.
+    #[must_use]
+    pub fn sub_image_px(&self) -> [u32; 2] {
+        [self.width_px.div_ceil(self.interleave), self.height_px.div_ceil(self.interleave)]
+    }
+
+    /// Size of the interleaved layout: all sub-images side by side.
+    #[must_use]
+    pub fn interleaved_px(&self) -> [u32; 2] {
+        self.sub_image_px().map(|edge| edge * self.interleave)
+    }
+
+    /// Slots that light paths write VPLs to.
+    #[must_use]
+    pub fn slot_count(&self) -> u32 {
+        (self.path_count * self.bounces).max(1)
+    }
+}
+
+/// A frame under construction.
+pub struct Frame {
+    /// The graph so far.
+    pub graph: Graph<Work>,
+    /// The frame's constants.
+    pub data: BufferHandle,
+    /// Rays traced: `[0]` for VPLs, `[1]` for shadow samples.
+    pub ray_count: BufferHandle,
+    /// Sizes and modes.
+    pub shape: FrameShape,
+}
+
+impl Frame {
+    /// Starts a frame with the pass that writes its constants.
+    #[must_use]
+    pub fn new(shape: FrameShape) -> Self {
+        let mut graph = Graph::new();
+        let data = graph.transient_buffer("frame_data", size_of::<FrameData>() as u64);
+        let ray_count = graph.persistent_buffer("ray_count", 16);
+        let ops = vec![TransferOp::FrameData { buffer: data }, TransferOp::Fill { buffer: ray_count, value: 0 }];
+        graph.add_pass(
+            Pass::new("frame_setup", Work::Transfer(ops))
+                .uses(data, Access::TransferWrite)
+                .uses(ray_count, Access::TransferWrite),
+        );
+        Self { graph, data, ray_count, shape }
+    }
+
+    /// Adds a pass that fills buffers with a word each.
+    pub fn clear(&mut self, name: &str, buffers: &[(BufferHandle, u32)]) {
+        let ops = buffers.iter().map(|(buffer, value)| TransferOp::Fill { buffer: *buffer, value: *value }).collect();
+        let pass = Pass::new(name, Work::Transfer(ops));
+        let pass = buffers.iter().fold(pass, |pass, (buffer, _)| pass.uses(*buffer, Access::TransferWrite));
+        self.graph.add_pass(pass);
+    }
+
+    /// A compute pass with the frame's constants at binding 0; bind the rest and add it to the graph.
+    #[must_use]
+    pub fn compute(&self, name: &str, work: ComputeWork) -> Pass<Work> {
+        Pass::new(name, Work::Compute(work)).bind(0, self.data, Access::ComputeUniform)
+    }
+
+    /// One thread per pixel of the picture.
+    #[must_use]
+    pub fn per_pixel(&self) -> Dispatch {
+        Dispatch::pixels(self.shape.width_px, self.shape.height_px, crate::shared::TILE_SIZE)
+    }
+
+    /// A transient image of the picture's size.
+    pub fn image(&mut self, name: &str, format: vk::Format) -> ImageHandle {
+        let info = ImageInfo { format, width_px: self.shape.width_px, height_px: self.shape.height_px };
+        self.graph.transient_image(name, info)
+    }
+}
+
+/// Compute work of one shader; the rest by struct update.
+#[must_use]
+pub fn shader(name: &str, dispatch: Dispatch) -> ComputeWork {
+    ComputeWork { shader: format!("{name}.comp"), constants: Vec::new(), push: Vec::new(), dispatch, uses_scene: false }
+}
+
+/// One thread per item in workgroups of [`WORKGROUP_SIZE`].
+#[must_use]
+pub fn threads(count: u32) -> Dispatch {
+    Dispatch::threads(count, WORKGROUP_SIZE)
+}

@@ -1,0 +1,39 @@
+//! `tone_map`: exposure, Reinhard, sRGB.
+
+use ash::vk;
+
+use super::{Frame, shader};
+use crate::gpu::Dispatch;
+use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo};
+
+/// What the pass makes.
+#[derive(Clone, Copy, Debug)]
+pub struct ToneMapped {
+    /// 8-bit sRGB, kept after the frame.
+    pub picture: ImageHandle,
+    /// One float: the exposure that was used.
+    pub exposure: BufferHandle,
+}
+
+/// Adds the passes.
+pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ToneMapped {
+    let exposure = frame.graph.persistent_buffer("exposure", 16);
+    let info = ImageInfo {
+        format: vk::Format::R8G8B8A8_UNORM,
+        width_px: frame.shape.width_px,
+        height_px: frame.shape.height_px,
+    };
+    let picture = frame.graph.persistent_image("picture", info);
+    let measure = frame
+        .compute("tone_map/measure_exposure", shader("tone_map/measure_exposure", Dispatch::Groups([1, 1, 1])))
+        .bind(1, radiance, Access::ComputeSampled)
+        .bind(2, exposure, Access::ComputeWrite);
+    frame.graph.add_pass(measure);
+    let map = frame
+        .compute("tone_map", shader("tone_map/tone_map", frame.per_pixel()))
+        .bind(1, radiance, Access::ComputeSampled)
+        .bind(2, exposure, Access::ComputeRead)
+        .bind(3, picture, Access::ComputeWrite);
+    frame.graph.add_pass(map);
+    ToneMapped { picture, exposure }
+}

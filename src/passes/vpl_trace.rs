@@ -1,0 +1,42 @@
+//! `vpl_trace`: light paths from the scene's lights, a VPL at every diffuse hit (section 4, Keller 1997).
+
+use super::{Frame, shader};
+use crate::gpu::{ComputeWork, Dispatch};
+use crate::graph::{Access, BufferHandle};
+
+/// VPLs where the paths left them: path p, bounce b in slot p * bounces + b.
+#[derive(Clone, Copy, Debug)]
+pub struct VplSlots {
+    /// Position and octahedral normal.
+    pub positions: BufferHandle,
+    /// Flux and 1.
+    pub fluxes: BufferHandle,
+    /// One bit per slot: whether it holds a VPL.
+    pub bits: BufferHandle,
+    /// Number of slots.
+    pub count: u32,
+}
+
+/// Invocations per workgroup of the shader.
+const GROUP_SIZE: u32 = 64;
+
+/// Adds the passes.
+pub fn add(frame: &mut Frame) -> VplSlots {
+    let count = frame.shape.slot_count();
+    let positions = frame.graph.transient_buffer("vpl_slot_positions", 16 * u64::from(count));
+    let fluxes = frame.graph.transient_buffer("vpl_slot_fluxes", 16 * u64::from(count));
+    let bits = frame.graph.transient_buffer("vpl_slot_bits", 4 * u64::from(count.div_ceil(32)));
+    frame.clear("vpl_trace/clear", &[(bits, 0)]);
+    let work = ComputeWork {
+        uses_scene: true,
+        ..shader("vpl_trace/trace_paths", Dispatch::threads(frame.shape.path_count, GROUP_SIZE))
+    };
+    let pass = frame
+        .compute("vpl_trace", work)
+        .bind(1, positions, Access::ComputeWrite)
+        .bind(2, fluxes, Access::ComputeWrite)
+        .bind(3, bits, Access::ComputeReadWrite)
+        .bind(4, frame.ray_count, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
+    VplSlots { positions, fluxes, bits, count }
+}

@@ -1,0 +1,326 @@
+//! The renderer: a scene on a device, and frames of it. Headless and (later) windowed runs share it.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::camera::View;
+use crate::cpu::choose_levels::{LevelChoice, choose_levels};
+use crate::error::{Error, Result};
+use crate::frame::{self, FrameOutputs};
+use crate::gpu::{Executor, FrameTicket, FrameTimes, Gpu, SceneData, SceneSet};
+use crate::light_grid::Levels;
+use crate::passes::FrameShape;
+use crate::scene::upload::{self, PreparedScene};
+use crate::scene::{Aabb, Camera, Scene, bvh};
+use crate::settings::{self, Exposure, LightSet, Reservoir, Settings, Technique};
+use crate::shared::FrameData;
+
+/// Rays start this fraction of the scene radius off the surface.
+const RAY_OFFSET: f32 = 1e-4;
+/// Paths of the pilot run that measures how many VPLs a path leaves.
+const PILOT_PATHS: u32 = 16_384;
+/// Room for other seeds than the one the capacities were measured with.
+const CAPACITY_MARGIN: f64 = 1.25;
+
+/// A scene uploaded to a device, with what the frame needs to know of it.
+pub struct UploadedScene {
+    set: Arc<SceneSet>,
+    bounds: Aabb,
+    first_point_light: u32,
+    light_count: u32,
+}
+
+impl UploadedScene {
+    /// Builds the BVH and uploads everything.
+    ///
+    /// # Errors
+    /// When a part of the scene does not fit the device.
+    pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
+        let bvh = bvh::build(scene);
+        log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
+        let prepared = upload::prepare(scene, gpu.report().limits.array_layers);
+        let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
+        let data = SceneData {
+            nodes: bytemuck::cast_slice(&bvh.nodes),
+            triangles: bytemuck::cast_slice(&bvh.triangles),
+            vertices: bytemuck::cast_slice(&scene.vertices),
+            indices: bytemuck::cast_slice(&scene.indices),
+            materials: bytemuck::cast_slice(&materials),
+            lights: bytemuck::cast_slice(&lights),
+            albedo_size_px: albedo.size_px,
+            albedo_layers: &albedo.layers,
+            textures: &textures,
+            material_textures: &material_textures,
+            draws: &scene.draws,
+        };
+        let set = Arc::new(SceneSet::new(gpu, &data)?);
+        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count: lights.len() as u32 })
+    }
+
+    /// Point lights of the scene that take part in the hierarchy.
+    fn hierarchy_lights(&self, settings: &Settings) -> u32 {
+        match settings.lights {
+            LightSet::Vpl => 0,
+            LightSet::Scene | LightSet::Both => self.light_count - self.first_point_light,
+        }
+    }
+}
+
+/// A compiled frame of one scene, camera and settings.
+pub struct Renderer {
+    executor: Executor,
+    outputs: FrameOutputs,
+    data: FrameData,
+    shape: FrameShape,
+    technique: Technique,
+}
+
+impl Renderer {
+    /// Measures the light paths, chooses the levels and compiles the frame.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the settings do not fit the device; device errors.
+    pub fn new(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<Self> {
+        Self::with_statistics(gpu, scene, camera, settings, false)
+    }
+
+    /// The same with fragments counted, for statistics outside the measured frames.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn with_statistics(
+        gpu: &Arc<Gpu>,
+        scene: &UploadedScene,
+        camera: &Camera,
+        settings: &Settings,
+        count_overdraw: bool,
+    ) -> Result<Self> {
+        let mut shape = base_shape(gpu, scene, settings)?;
+        shape.count_overdraw = count_overdraw;
+        if settings.technique == Technique::Lgh {
+            calibrate(gpu, scene, camera, settings, &mut shape)?;
+        }
+        let (graph, outputs) = frame::build(settings.technique, shape.clone());
+        let executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
+        let data = frame_data(scene, camera, settings, &shape);
+        Ok(Self { executor, outputs, data, shape, technique: settings.technique })
+    }
+
+    /// Submits one frame.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn submit(&mut self) -> Result<FrameTicket> {
+        self.executor.submit(bytemuck::bytes_of(&self.data))
+    }
+
+    /// Waits for a frame.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
+        self.executor.wait(ticket)
+    }
+
+    /// Uses another seed from the next frame on.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.data.lights[0] = seed;
+    }
+
+    /// Names of the passes in order.
+    #[must_use]
+    pub fn pass_names(&self) -> Vec<String> {
+        self.executor.graph().passes().iter().map(|p| p.name.clone()).collect()
+    }
+
+    /// The compiled frame.
+    #[must_use]
+    pub fn executor(&self) -> &Executor {
+        &self.executor
+    }
+
+    /// What can be read after a frame.
+    #[must_use]
+    pub fn outputs(&self) -> &FrameOutputs {
+        &self.outputs
+    }
+
+    /// Sizes, capacities and modes in use.
+    #[must_use]
+    pub fn shape(&self) -> &FrameShape {
+        &self.shape
+    }
+
+    /// The technique in use.
+    #[must_use]
+    pub fn technique(&self) -> Technique {
+        self.technique
+    }
+
+    /// Linear radiance of the last frame, RGB, row 0 at the top.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn read_radiance(&self) -> Result<Vec<f32>> {
+        let bytes = self.executor.read_image(self.outputs.radiance)?;
+        let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+        Ok(texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect())
+    }
+
+    /// Tone-mapped picture of the last frame, sRGB, RGB.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn read_picture(&self) -> Result<Vec<u8>> {
+        let bytes = self.executor.read_image(self.outputs.tone_mapped.picture)?;
+        Ok(bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect())
+    }
+}
+
+/// The shape before calibration: sizes and modes; no paths, the fewest levels.
+fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<FrameShape> {
+    let features = gpu.features();
+    let reservoir = match settings.reservoir {
+        Some(Reservoir::Exact) if !features.int64_atomics => {
+            return Err(Error::Usage(
+                "--reservoir exact needs 64-bit buffer atomics, which this device lacks; use lock".to_owned(),
+            ));
+        }
+        Some(mode) => mode,
+        None if features.int64_atomics => Reservoir::Exact,
+        None => Reservoir::Lock,
+    };
+    let lighting_format = if features.blend_rgba32f {
+        vk::Format::R32G32B32A32_SFLOAT
+    } else {
+        vk::Format::R16G16B16A16_SFLOAT
+    };
+    let shape = FrameShape {
+        width_px: settings.size.width,
+        height_px: settings.size.height,
+        interleave: settings.interleave,
+        levels: Levels::new(2),
+        first_level: settings.first_level,
+        path_count: 0,
+        bounces: settings.bounces,
+        vpl_capacity: 0,
+        scene_light_count: scene.hierarchy_lights(settings),
+        grid_capacity: 1,
+        shadow_samples: settings.shadow_samples,
+        reservoir,
+        build: settings.build,
+        filter: settings.filter,
+        lighting_format,
+        count_overdraw: false,
+    };
+    let limit = gpu.report().limits.image_edge_px;
+    let [width, height] = shape.interleaved_px();
+    if width > limit || height > limit {
+        return Err(Error::Usage(format!("--size {width}x{height} is beyond this device's limit of {limit}x{limit}")));
+    }
+    Ok(shape)
+}
+
+/// Finds path count, VPL count, levels and capacities by tracing the paths once before the first frame.
+fn calibrate(
+    gpu: &Arc<Gpu>,
+    scene: &UploadedScene,
+    camera: &Camera,
+    settings: &Settings,
+    shape: &mut FrameShape,
+) -> Result<()> {
+    if settings.lights != LightSet::Scene {
+        shape.path_count = PILOT_PATHS.min(settings.vpls);
+        shape.vpl_capacity = shape.slot_count();
+        let pilot = trace_lights(gpu, scene, camera, settings, shape)?.len() as u32 - shape.scene_light_count;
+        let vpls_per_path = f64::from(pilot.max(1)) / f64::from(shape.path_count);
+        let paths = (f64::from(settings.vpls) / vpls_per_path).ceil();
+        check_vpls(gpu, settings, f64::from(settings.bounces) / vpls_per_path)?;
+        // So few hits that the paths would not end: take what comes.
+        shape.path_count = if pilot == 0 { 1 } else { paths.min(f64::from(settings.vpls) * 64.0) as u32 };
+        shape.vpl_capacity = shape.slot_count().min((f64::from(settings.vpls) * CAPACITY_MARGIN) as u32 + 1024);
+    }
+    let positions = trace_lights(gpu, scene, camera, settings, shape)?;
+    if positions.is_empty() {
+        log::warn!("no light reaches the scene: there is no indirect light");
+    }
+    let fixed = match settings.levels {
+        settings::Levels::Auto => None,
+        settings::Levels::Fixed(top) => Some(top),
+    };
+    let LevelChoice { levels, s1_count } = choose_levels(&positions, fixed);
+    let top = levels.top;
+    let upper: u32 = (2..=top).map(|l| choose_levels(&positions, Some(top - l + 1)).s1_count).sum();
+    shape.levels = levels;
+    shape.grid_capacity = (f64::from(s1_count + upper) * CAPACITY_MARGIN) as u32 + 1024;
+    log::info!("{} lights, {} levels, {s1_count} lights in S1", positions.len(), top);
+    Ok(())
+}
+
+/// The largest storage buffer of the light paths and the grids must fit the device.
+fn check_vpls(gpu: &Gpu, settings: &Settings, slots_per_vpl: f64) -> Result<()> {
+    let limit = gpu.report().limits.storage_range_bytes as f64;
+    // Slots take 16 bytes; S1 has less than half as many lights as S0, each with 112 bytes of moments.
+    let bytes_per_vpl = (16.0 * slots_per_vpl).max(0.5 * 112.0 * CAPACITY_MARGIN * 1.4);
+    let most = (limit / bytes_per_vpl) as u32;
+    if settings.vpls <= most {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "--vpls {} does not fit this device, whose storage buffers end at {} MiB; {} would fit",
+        settings.vpls,
+        limit as u64 >> 20,
+        most / 1000 * 1000
+    )))
+}
+
+/// Positions of the lights S0 for a shape.
+fn trace_lights(
+    gpu: &Arc<Gpu>,
+    scene: &UploadedScene,
+    camera: &Camera,
+    settings: &Settings,
+    shape: &FrameShape,
+) -> Result<Vec<[f32; 3]>> {
+    let (graph, lights) = frame::build_lights(shape.clone());
+    let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
+    let data = frame_data(scene, camera, settings, shape);
+    let ticket = executor.submit(bytemuck::bytes_of(&data))?;
+    executor.wait(ticket)?;
+    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&executor.read_buffer(lights.counts)?);
+    let positions: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&executor.read_buffer(lights.positions)?);
+    Ok(positions.iter().take(counts[0] as usize).map(|p| [p[0], p[1], p[2]]).collect())
+}
+
+/// The frame's constants.
+fn frame_data(scene: &UploadedScene, camera: &Camera, settings: &Settings, shape: &FrameShape) -> FrameData {
+    let view = View::new(camera, shape.width_px, shape.height_px);
+    let radius = scene.bounds.radius();
+    let [sub_width, sub_height] = shape.sub_image_px();
+    let direct_lights =
+        if shape.scene_light_count > 0 { scene.first_point_light } else { scene.light_count };
+    let exposure = match settings.exposure {
+        Exposure::Auto => 0.0,
+        Exposure::Fixed(factor) => factor,
+    };
+    FrameData {
+        clip_from_world: view.clip_from_world.to_cols_array_2d(),
+        eye_near: view.eye_ws.extend(view.near).to_array(),
+        forward: view.forward_ws.extend(0.0).to_array(),
+        right: view.right_ws.extend(0.0).to_array(),
+        up: view.up_ws.extend(0.0).to_array(),
+        scene_sphere: scene.bounds.center().extend(radius).to_array(),
+        size: [shape.width_px, shape.height_px, sub_width, sub_height],
+        sampling: [
+            shape.interleave,
+            shape.shadow_samples,
+            settings.shadow_from.min(shape.levels.top),
+            shape.first_level,
+        ],
+        counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
+        lights: [settings.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
+        tuning: [settings.alpha, (settings.clamp * radius).powi(2), exposure, RAY_OFFSET * radius],
+        levels: shape.levels.table(),
+    }
+}

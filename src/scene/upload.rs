@@ -1,0 +1,141 @@
+//! What the GPU needs of a scene, as plain data: materials, lights with their share of the light paths,
+//! resampled textures. The upload itself is `gpu::SceneSet`.
+
+use glam::Vec3;
+
+use super::albedo_array::{AlbedoArray, build_albedo_array, mip_chains};
+use super::{Light, Scene, Texture};
+use crate::shared::{GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NO_LAYER, PunctualLight};
+
+/// Scene data in the layouts that shaders read.
+pub struct PreparedScene {
+    /// One per material.
+    pub materials: Vec<GpuMaterial>,
+    /// Directional and spot lights, then point lights.
+    pub lights: Vec<PunctualLight>,
+    /// Lights before the first point light.
+    pub first_point_light: u32,
+    /// Small base-colour textures for traced rays.
+    pub albedo: AlbedoArray,
+    /// Every texture with its mips; whether it is sRGB.
+    pub textures: Vec<(bool, Vec<(u32, u32, Vec<u8>)>)>,
+    /// Per material: base-colour and normal texture.
+    pub material_textures: Vec<(Option<u32>, Option<u32>)>,
+}
+
+/// Prepares a scene for upload.
+#[must_use]
+pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
+    let mut albedo = build_albedo_array(scene, max_array_layers);
+    let materials = scene
+        .materials
+        .iter()
+        .enumerate()
+        .map(|(index, material)| {
+            let layer = albedo.material_layer[index];
+            // Without a layer the average colour stands in for the texture.
+            let tint = if layer.is_none() && material.base_color_texture.is_some() {
+                albedo.material_average[index]
+            } else {
+                [1.0; 4]
+            };
+            GpuMaterial {
+                base_color: std::array::from_fn(|i| material.base_color[i] * tint[i]),
+                albedo_layer: layer.unwrap_or(NO_LAYER),
+                alpha_cutoff: material.alpha_cutoff.unwrap_or(-1.0),
+                normal_scale: material.normal_scale,
+                has_normal_map: u32::from(material.normal_texture.is_some()),
+            }
+        })
+        .collect();
+    if albedo.layers.is_empty() {
+        albedo.size_px = 1;
+        albedo.layers.push(vec![255; 4]);
+    }
+    let lights = lights(&scene.lights, scene.bounds.radius());
+    let first_point_light = lights.iter().take_while(|l| l.kind != LIGHT_POINT).count() as u32;
+    PreparedScene {
+        materials,
+        lights,
+        first_point_light,
+        albedo,
+        textures: textures(scene),
+        material_textures: scene.materials.iter().map(|m| (m.base_color_texture, m.normal_texture)).collect(),
+    }
+}
+
+/// Mips of every texture; a texture used as normal map is linear.
+fn textures(scene: &Scene) -> Vec<(bool, Vec<(u32, u32, Vec<u8>)>)> {
+    let is_normal =
+        |index: usize| scene.materials.iter().any(|m| m.normal_texture == u32::try_from(index).ok());
+    let jobs: Vec<(&Texture, bool)> =
+        scene.textures.iter().enumerate().map(|(index, texture)| (texture, !is_normal(index))).collect();
+    let mips = mip_chains(&jobs);
+    jobs.iter().map(|(_, srgb)| *srgb).zip(mips).collect()
+}
+
+/// Lights in upload order, with the share of light paths that start at each: proportional to its flux.
+fn lights(lights: &[Light], scene_radius: f32) -> Vec<PunctualLight> {
+    let mut list: Vec<(PunctualLight, f64)> = lights.iter().map(|light| punctual(light, scene_radius)).collect();
+    list.sort_by_key(|(light, _)| u32::from(light.kind == LIGHT_POINT));
+    let total: f64 = list.iter().map(|(_, flux)| flux).sum();
+    let mut before = 0.0;
+    for (light, flux) in &mut list {
+        let share = if total > 0.0 { *flux / total } else { 0.0 };
+        before += share;
+        light.path_probability = share as f32;
+        light.path_cdf = before as f32;
+    }
+    if let Some((last, _)) = list.last_mut() {
+        last.path_cdf = f32::MAX;
+    }
+    list.into_iter().map(|(light, _)| light).collect()
+}
+
+/// A light as shaders read it, and its flux (luminance).
+fn punctual(light: &Light, scene_radius: f32) -> (PunctualLight, f64) {
+    let pi = std::f64::consts::PI;
+    let luminance = |c: &Vec3| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+    let mut gpu: PunctualLight = bytemuck::Zeroable::zeroed();
+    match light {
+        Light::Directional { direction_ws, irradiance } => {
+            gpu.kind = LIGHT_DIRECTIONAL;
+            gpu.direction_ws = direction_ws.to_array();
+            gpu.intensity = irradiance.to_array();
+            (gpu, luminance(irradiance) * pi * f64::from(scene_radius).powi(2))
+        }
+        Light::Point { position_ws, intensity } => {
+            gpu.kind = LIGHT_POINT;
+            gpu.position_ws = position_ws.to_array();
+            gpu.intensity = intensity.to_array();
+            (gpu, luminance(intensity) * 4.0 * pi)
+        }
+        Light::Spot { position_ws, direction_ws, intensity, inner_cos, outer_cos } => {
+            gpu.kind = LIGHT_SPOT;
+            gpu.position_ws = position_ws.to_array();
+            gpu.direction_ws = direction_ws.to_array();
+            gpu.intensity = intensity.to_array();
+            (gpu.inner_cos, gpu.outer_cos) = (*inner_cos, *outer_cos);
+            (gpu, luminance(intensity) * 2.0 * pi * (1.0 - f64::from(*outer_cos)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn point_lights_come_last_and_shares_add_up() {
+        let point = |i: f32| Light::Point { position_ws: Vec3::ZERO, intensity: Vec3::splat(i) };
+        let sun = Light::Directional { direction_ws: Vec3::NEG_Y, irradiance: Vec3::splat(4.0) };
+        let list = lights(&[point(1.0), sun, point(3.0)], 1.0);
+        assert_eq!(list[0].kind, LIGHT_DIRECTIONAL);
+        // Fluxes 4 pi r^2 = 4 pi, 4 pi and 12 pi.
+        let shares: Vec<f32> = list.iter().map(|l| l.path_probability).collect();
+        for (share, expected) in shares.iter().zip([0.2, 0.2, 0.6]) {
+            assert!((share - expected).abs() < 1e-6, "{shares:?}");
+        }
+        assert!((list[1].path_cdf - 0.4).abs() < 1e-6);
+    }
+}

@@ -69,6 +69,18 @@ pub fn build_lights(shape: FrameShape) -> (Graph<Work>, Lights) {
     (frame.graph, lights)
 }
 
+/// The hierarchy alone, over lights that the caller writes to the S0 buffers: how the stages are tested.
+#[must_use]
+pub fn build_hierarchy(shape: FrameShape) -> (Graph<Work>, HierarchyOutputs) {
+    let mut frame = Frame::new(shape);
+    let lights = compaction::declare_lights(&mut frame);
+    let placement = bounds::add(&mut frame, &lights);
+    let grid = construct(&mut frame, &lights, placement);
+    let merged = merge::add(&mut frame, &lights, &grid);
+    let overdraw = frame.ray_count;
+    (frame.graph, HierarchyOutputs { lights, placement, grid, merged, overdraw })
+}
+
 fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, HierarchyOutputs) {
     let slots = vpl_trace::add(frame);
     let lights = compaction::pack_lights(frame, &slots);

@@ -4,7 +4,7 @@
 #include "common/frame.glsl"
 
 layout(local_size_x = WORKGROUP_SIZE) in;
-layout(set = 0, binding = 1, std430) readonly buffer LightPositions { vec4 light_positions[]; };
+layout(set = 0, binding = 1, std430) readonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 2, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
 layout(set = 0, binding = 3, std430) readonly buffer LightCounts { uint light_counts[]; };
 // [0..2] maxima, [3..5] maxima of the negated coordinates, [6] largest flux component.
@@ -39,7 +39,7 @@ void main() {
     uint flux = 0u;
     uint stride = gl_NumWorkGroups.x * WORKGROUP_SIZE;
     for (uint i = gl_GlobalInvocationID.x; i < light_counts[0]; i += stride) {
-        vec3 p = light_positions[i].xyz;
+        vec3 p = uintBitsToFloat(light_positions[i].xyz);
         vec3 f = light_fluxes[i].rgb;
         highest = max(highest, uvec3(ordered_from_float(p.x), ordered_from_float(p.y), ordered_from_float(p.z)));
         lowest = max(lowest, uvec3(ordered_from_float(-p.x), ordered_from_float(-p.y), ordered_from_float(-p.z)));

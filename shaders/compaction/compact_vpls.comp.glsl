@@ -7,12 +7,12 @@
 #include "common/dispatch.glsl"
 
 layout(local_size_x = WORKGROUP_SIZE) in;
-layout(set = 0, binding = 1, std430) readonly buffer SlotPositions { vec4 slot_positions[]; };
+layout(set = 0, binding = 1, std430) readonly buffer SlotPositions { uvec4 slot_positions[]; };
 layout(set = 0, binding = 2, std430) readonly buffer SlotFluxes { vec4 slot_fluxes[]; };
 layout(set = 0, binding = 3, std430) readonly buffer SlotBits { uint slot_bits[]; };
 layout(set = 0, binding = 4, std430) readonly buffer SlotRanks { uint slot_ranks[]; };
-// S0: position and octahedral normal; flux and 1 for VPLs, 0 for lights that shine in all directions.
-layout(set = 0, binding = 5, std430) writeonly buffer LightPositions { vec4 light_positions[]; };
+// S0: position (as bits, since a packed normal may look like a NaN) and octahedral normal; flux and 1 for VPLs, 0 for lights that shine in all directions.
+layout(set = 0, binding = 5, std430) writeonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 6, std430) writeonly buffer LightFluxes { vec4 light_fluxes[]; };
 // light_counts: [0] lights in S0, [1] VPLs among them, [2] VPLs that did not fit.
 layout(set = 0, binding = 7, std430) buffer LightCounts { uint light_counts[]; };
@@ -38,7 +38,7 @@ void main() {
     } else if (index - slot_count < scene_light_count) {
         PunctualLight light = punctual_lights[frame.lights.z + index - slot_count];
         uint target = vpl_count + index - slot_count;
-        light_positions[target] = vec4(light.position_ws, uintBitsToFloat(pack_octahedral(vec3(0.0, 1.0, 0.0))));
+        light_positions[target] = uvec4(floatBitsToUint(light.position_ws), pack_octahedral(vec3(0.0, 1.0, 0.0)));
         light_fluxes[target] = vec4(light.intensity * 4.0 * PI, 0.0);
     }
 }

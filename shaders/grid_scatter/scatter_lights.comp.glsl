@@ -10,7 +10,7 @@
 #include "grid_scatter/fixed_point.glsl"
 
 layout(local_size_x = WORKGROUP_SIZE) in;
-layout(set = 0, binding = 1, std430) readonly buffer LightPositions { vec4 light_positions[]; };
+layout(set = 0, binding = 1, std430) readonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 2, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Grid { GridPlacement grid; };
 layout(set = 0, binding = 4, std430) readonly buffer Occupancy { uint occupancy[]; };
@@ -52,13 +52,13 @@ void main() {
     if (light >= grid.light_count) {
         return;
     }
-    vec4 position = light_positions[light];
+    uvec4 position_normal = light_positions[light];
     vec4 flux_kind = light_fluxes[light];
     vec3 flux = flux_kind.rgb / grid.flux_scale;
     float m = luminance(flux);
     // A light that shines in all directions has no normal.
-    vec3 normal = flux_kind.a > 0.5 ? unpack_octahedral(floatBitsToUint(position.w)) : vec3(0.0);
-    vec3 cells = grid_position(position.xyz, grid, level);
+    vec3 normal = flux_kind.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
+    vec3 cells = grid_position(uintBitsToFloat(position_normal.xyz), grid, level);
     uvec3 cell = cell_of(cells, level);
     vec3 fraction = cells - vec3(cell);
     for (uint i = 0u; i < 8u; ++i) {

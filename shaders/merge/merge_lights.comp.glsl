@@ -1,5 +1,6 @@
 // Copies the lights of all used levels into one list, dealt to the sub-images with their flux scaled to match.
-// One thread per light: grid lights first, then S0 when it is used.
+// One thread per light: grid lights first, then S0 when it is used. `vertex` of a merged light is its index in
+// the grid lights or in S0.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/color.glsl"
@@ -11,7 +12,7 @@ layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer GridLights { GridLight grid_lights[]; };
 layout(set = 0, binding = 2, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Tiles { uint tiles[]; };
-layout(set = 0, binding = 4, std430) readonly buffer LightPositions { vec4 light_positions[]; };
+layout(set = 0, binding = 4, std430) readonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 5, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
 layout(set = 0, binding = 6, std430) readonly buffer LightCounts { uint light_counts[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer MergedLights { GridLight merged_lights[]; };
@@ -33,10 +34,10 @@ void deal(GridLight light, uint index, uint count) {
 }
 
 GridLight original_light(uint index) {
-    vec4 position = light_positions[index];
+    uvec4 position_normal = light_positions[index];
     vec4 flux = light_fluxes[index];
-    vec3 lobe = flux.a > 0.5 ? unpack_octahedral(floatBitsToUint(position.w)) : vec3(0.0);
-    return GridLight(position.xyz, luminance(flux.rgb), vec3(0.0), 0u, lobe, 1.0, flux.rgb, index);
+    vec3 lobe = flux.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
+    return GridLight(uintBitsToFloat(position_normal.xyz), luminance(flux.rgb), vec3(0.0), 0u, lobe, 1.0, flux.rgb, index);
 }
 
 void main() {
@@ -44,6 +45,7 @@ void main() {
     uint grid_light_count = level_first(top_level()) + level_count(top_level());
     if (index < grid_light_count) {
         GridLight light = grid_lights[index];
+        light.vertex = index;
         if (light.level >= first_level()) {
             deal(light, index - level_first(light.level), level_count(light.level));
         }

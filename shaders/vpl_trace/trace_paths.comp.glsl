@@ -8,7 +8,7 @@
 #include "common/dispatch.glsl"
 
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 1, std430) writeonly buffer SlotPositions { vec4 slot_positions[]; };
+layout(set = 0, binding = 1, std430) writeonly buffer SlotPositions { uvec4 slot_positions[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer SlotFluxes { vec4 slot_fluxes[]; };
 layout(set = 0, binding = 3, std430) buffer SlotBits { uint slot_bits[]; };
 layout(set = 0, binding = 4, std430) buffer RayCount { uint ray_count[]; };
@@ -90,7 +90,7 @@ void main() {
         flux *= base_color_at(tri.material, tri.triangle, hit.barycentric).rgb;
         uint slot = path * frame.counts.w + bounce;
         if (any(greaterThan(flux, vec3(0.0)))) {
-            slot_positions[slot] = vec4(hit_position, uintBitsToFloat(pack_octahedral(normal)));
+            slot_positions[slot] = uvec4(floatBitsToUint(hit_position), pack_octahedral(normal));
             slot_fluxes[slot] = vec4(flux, 1.0);
             atomicOr(slot_bits[slot / 32u], 1u << (slot % 32u));
         }

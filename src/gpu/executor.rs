@@ -159,6 +159,15 @@ impl Executor {
         Ok(FrameTimes { pass_ms: self.slots[slot].timers.read_ms()?, cpu_ms })
     }
 
+    /// Writes the start of a persistent buffer outside frames; waits.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn write_buffer(&self, buffer: BufferHandle, bytes: &[u8]) -> Result<()> {
+        self.gpu.wait_idle()?;
+        transfer::upload_raw(&self.gpu, self.resources.buffer(buffer).0, bytes)
+    }
+
     /// Contents of a buffer after the last frame; waits. Transient contents survive only until their memory is
     /// reused within the frame, so ask for persistent buffers.
     ///

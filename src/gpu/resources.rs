@@ -88,8 +88,10 @@ impl Resources {
     fn create(&self, graph: &Graph<Work>, index: usize, name: &str, info: ResourceInfo) -> Result<Physical> {
         match info {
             ResourceInfo::Buffer(buffer) => {
-                // Any buffer may be read back for tests and dumps.
-                let usage = graph.usage_of(index).0 | vk::BufferUsageFlags::TRANSFER_SRC;
+                // Any buffer may be written or read back for tests and dumps.
+                let usage = graph.usage_of(index).0
+                    | vk::BufferUsageFlags::TRANSFER_SRC
+                    | vk::BufferUsageFlags::TRANSFER_DST;
                 let create = vk::BufferCreateInfo::default().size(buffer.size_bytes).usage(usage);
                 self.check_range(name, buffer.size_bytes)?;
                 // SAFETY: valid create info; destroyed in `drop`.

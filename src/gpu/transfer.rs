@@ -87,6 +87,11 @@ pub(super) fn image_layout(
 
 /// Copies `bytes` to the start of `target`.
 pub(super) fn upload_buffer(gpu: &Arc<Gpu>, target: &Buffer, bytes: &[u8]) -> Result<()> {
+    upload_raw(gpu, target.raw, bytes)
+}
+
+/// Copies `bytes` to the start of a buffer that is at least that large and a transfer destination.
+pub(super) fn upload_raw(gpu: &Arc<Gpu>, target: vk::Buffer, bytes: &[u8]) -> Result<()> {
     let size = bytes.len().clamp(4, STAGING_BYTES);
     let mut staging = Buffer::host(gpu, "staging", size as u64, vk::BufferUsageFlags::TRANSFER_SRC)?;
     for (index, chunk) in bytes.chunks(STAGING_BYTES).enumerate() {
@@ -98,7 +103,7 @@ pub(super) fn upload_buffer(gpu: &Arc<Gpu>, target: &Buffer, bytes: &[u8]) -> Re
         }];
         submit_once(gpu, |commands| {
             // SAFETY: both buffers are alive and large enough.
-            unsafe { gpu.device.cmd_copy_buffer(commands, staging.raw, target.raw, &region) };
+            unsafe { gpu.device.cmd_copy_buffer(commands, staging.raw, target, &region) };
             full_barrier(gpu, commands);
         })?;
     }

@@ -34,18 +34,23 @@ pub struct GridLights {
     pub dispatches: BufferHandle,
 }
 
+/// Declares the buffers of the lights S0.
+pub fn declare_lights(frame: &mut Frame) -> Lights {
+    let capacity = u64::from(frame.shape.light_capacity());
+    Lights {
+        positions: frame.graph.persistent_buffer("light_positions", 16 * capacity),
+        fluxes: frame.graph.persistent_buffer("light_fluxes", 16 * capacity),
+        counts: frame.graph.persistent_buffer("light_counts", 16),
+    }
+}
+
 /// Adds the passes that pack the VPLs of all paths, followed by the scene's lights.
 pub fn pack_lights(frame: &mut Frame, slots: &VplSlots) -> Lights {
     let words = slots.count.div_ceil(32);
     let ranks = frame.graph.transient_buffer("vpl_slot_ranks", 4 * u64::from(words + 1));
     let range = ScanRange { bits: slots.bits, ranks, first_word: 0, word_count: words, keep_ranks: false };
     exclusive_scan::add(frame, "vpls", range);
-    let capacity = u64::from(frame.shape.light_capacity());
-    let lights = Lights {
-        positions: frame.graph.persistent_buffer("light_positions", 16 * capacity),
-        fluxes: frame.graph.persistent_buffer("light_fluxes", 16 * capacity),
-        counts: frame.graph.persistent_buffer("light_counts", 16),
-    };
+    let lights = declare_lights(frame);
     let work = ComputeWork {
         push: vec![slots.count],
         uses_scene: true,

@@ -207,6 +207,8 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         vpl_capacity: 0,
         scene_light_count: scene.hierarchy_lights(settings),
         grid_capacity: 1,
+        upper_capacity: 1,
+        shadow_points: settings.shadow_points,
         shadow_samples: settings.shadow_samples,
         reservoir,
         build: settings.build,
@@ -254,6 +256,7 @@ fn calibrate(
     let upper: u32 = (2..=top).map(|l| choose_levels(&positions, Some(top - l + 1)).s1_count).sum();
     shape.levels = levels;
     shape.grid_capacity = (f64::from(s1_count + upper) * CAPACITY_MARGIN) as u32 + 1024;
+    shape.upper_capacity = (f64::from(upper) * CAPACITY_MARGIN) as u32 + 1024;
     log::info!("{} lights, {} levels, {s1_count} lights in S1", positions.len(), top);
     Ok(())
 }

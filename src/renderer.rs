@@ -58,11 +58,16 @@ impl UploadedScene {
         Ok(Self { set, bounds: scene.bounds, first_point_light, light_count: lights.len() as u32 })
     }
 
+    /// Lights that the direct pass shades: all that are not in the hierarchy.
+    fn direct_lights(&self, settings: &Settings) -> u32 {
+        self.light_count - self.hierarchy_lights(settings)
+    }
+
     /// Point lights of the scene that take part in the hierarchy.
     fn hierarchy_lights(&self, settings: &Settings) -> u32 {
-        match settings.lights {
-            LightSet::Vpl => 0,
-            LightSet::Scene | LightSet::Both => self.light_count - self.first_point_light,
+        match (settings.technique, settings.lights) {
+            (Technique::Direct, _) | (_, LightSet::Vpl) => 0,
+            (_, LightSet::Scene | LightSet::Both) => self.light_count - self.first_point_light,
         }
     }
 }
@@ -96,6 +101,7 @@ impl Renderer {
         settings: &Settings,
         count_overdraw: bool,
     ) -> Result<Self> {
+        check_lights(scene, settings)?;
         let mut shape = base_shape(gpu, scene, settings)?;
         shape.count_overdraw = count_overdraw;
         if settings.technique == Technique::Lgh {
@@ -176,6 +182,25 @@ impl Renderer {
         let bytes = self.executor.read_image(self.outputs.tone_mapped.picture)?;
         Ok(bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect())
     }
+}
+
+/// More direct lights than this make the direct pass slow enough to say so.
+const MANY_DIRECT_LIGHTS: u32 = 64;
+
+fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result<()> {
+    let point_lights = scene.light_count - scene.first_point_light;
+    if settings.technique == Technique::Lgh && settings.lights == LightSet::Scene && point_lights == 0 {
+        return Err(Error::Usage(
+            "--lights scene needs point lights, and the scene has none; use --lights vpl".to_owned(),
+        ));
+    }
+    if scene.direct_lights(settings) > MANY_DIRECT_LIGHTS {
+        log::warn!(
+            "{} lights are shaded one by one at every pixel; --lights both puts point lights into the hierarchy",
+            scene.direct_lights(settings)
+        );
+    }
+    Ok(())
 }
 
 /// The shape before calibration: sizes and modes; no paths, the fewest levels.
@@ -301,8 +326,7 @@ fn frame_data(scene: &UploadedScene, camera: &Camera, settings: &Settings, shape
     let view = View::new(camera, shape.width_px, shape.height_px);
     let radius = scene.bounds.radius();
     let [sub_width, sub_height] = shape.sub_image_px();
-    let direct_lights =
-        if shape.scene_light_count > 0 { scene.first_point_light } else { scene.light_count };
+    let direct_lights = scene.direct_lights(settings);
     let exposure = match settings.exposure {
         Exposure::Auto => 0.0,
         Exposure::Fixed(factor) => factor,

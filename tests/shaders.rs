@@ -50,9 +50,9 @@ fn a_changed_missing_or_extra_source_is_stale() {
     let name = sources.keys().next().unwrap().clone();
     let mut changed = sources.clone();
     changed.insert(name.clone(), "0".repeat(64));
-    assert_eq!(stale(&changed, &sources), [name.clone()]);
+    assert_eq!(stale(&changed, &sources), std::slice::from_ref(&name));
     changed.remove(&name);
-    assert_eq!(stale(&changed, &sources), [name.clone()]);
+    assert_eq!(stale(&changed, &sources), std::slice::from_ref(&name));
     assert_eq!(stale(&sources, &changed), [name]);
 }
 

@@ -41,4 +41,11 @@ mod tests {
         let mean: f64 = (0..100_000).map(|i| f64::from(unit_float(hash(i)))).sum::<f64>() / 1e5;
         assert!((mean - 0.5).abs() < 0.003, "{mean}");
     }
+
+    #[test]
+    #[ignore = "known fault: half of the 24-bit numbers lose their 0.5 to rounding, and the largest becomes 1, with \
+                which the exponential race's key is -0, the worst of all"]
+    fn unit_floats_stay_below_one() {
+        assert!(unit_float(u32::MAX) < 1.0);
+    }
 }

@@ -39,6 +39,11 @@ pub fn grid_lights(gpu: &[GridLight], twin: &[GridLight], grid: &Grid, first: us
     Ok(())
 }
 
+/// False for what is not a number.
+fn within<T: Into<f64>>(difference: T, tolerance: T) -> bool {
+    difference.into().abs() <= tolerance.into()
+}
+
 fn different_field(a: &GridLight, b: &GridLight, grid: &Grid) -> Option<&'static str> {
     if (a.vertex, a.level) != (b.vertex, b.level) {
         return Some("vertex or level");
@@ -47,7 +52,7 @@ fn different_field(a: &GridLight, b: &GridLight, grid: &Grid) -> Option<&'static
     let unit = grid.placement.flux_scale * 2.0_f32.powi(-32);
     let mean = 1e-5 + unit / b.luminance;
     let far = |a: [f32; 3], b: [f32; 3], relative: f32, absolute: f32| {
-        (0..3).any(|i| !((a[i] - b[i]).abs() <= relative * b[i].abs() + absolute))
+        (0..3).any(|i| !within(a[i] - b[i], relative * b[i].abs() + absolute))
     };
     let checks = [
         ("position", far(a.position_ws, b.position_ws, 4.0 * f32::EPSILON, h * mean)),
@@ -74,7 +79,7 @@ pub fn flux_is_kept(
         let found = total(grid_lights[table.range(level)].iter().map(|l| l.flux));
         for channel in 0..3 {
             let (found, wanted) = (found[channel], wanted[channel]);
-            if !((found - wanted).abs() <= tolerance * wanted) {
+            if !within(found - wanted, tolerance * wanted) {
                 return Err(format!("level {level}, channel {channel}: flux {found}, that of the lights is {wanted}"));
             }
         }
@@ -101,7 +106,7 @@ pub fn none_is_empty_or_astray(lights: &[GridLight], grid: &Grid, resolution: f3
             let cells = (light.position_ws[axis] - grid.placement.origin_ws[axis]) / h - vertex[axis];
             // A thousandth of a cell for rounding, and the coordinates' own.
             let rounding = 1e-3 + 4.0 * f32::EPSILON * largest / h;
-            if !(cells.abs() <= 1.0 + rounding + all_terms / light.luminance) {
+            if !within(cells, 1.0 + rounding + all_terms / light.luminance) {
                 return Err(format!("grid light {index} is {cells} cells from its vertex: {light:?}"));
             }
         }

@@ -2,3 +2,21 @@
 //! is decided on the CPU before the first frame.
 
 pub mod choose_levels;
+pub mod compact_vpls;
+pub mod count_lights;
+pub mod deal_tiles;
+pub mod exclusive_scan;
+pub mod fixed_point;
+pub mod gather_vertex;
+pub mod grid;
+pub mod lights;
+pub mod list_vertices;
+pub mod mark_grid_lights;
+pub mod mark_lights;
+pub mod merge_lights;
+pub mod place_grid;
+pub mod random;
+pub mod reduce_bounds;
+pub mod reservoir;
+pub mod resolve_moments;
+pub mod scatter_lights;

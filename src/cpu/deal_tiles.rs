@@ -1,0 +1,67 @@
+//! Twin of `merge/deal_tiles`.
+
+use super::count_lights::LevelTable;
+use crate::shared::MAX_LEVEL;
+
+/// Entries per sub-image in the tiles.
+pub const TILE_STRIDE: usize = MAX_LEVEL as usize + 2;
+
+/// Which levels are merged for how many sub-images.
+#[derive(Clone, Copy, Debug)]
+pub struct Deal {
+    /// Sub-images, n x n.
+    pub tile_count: u32,
+    /// First used level.
+    pub first_level: u32,
+    /// Lmax.
+    pub top_level: u32,
+    /// Lights in S0.
+    pub light_count: u32,
+}
+
+/// Lights of a level with `count` lights that sub-image `tile` of `tile_count` gets.
+#[must_use]
+pub fn dealt_count(count: u32, tile: u32, tile_count: u32) -> u32 {
+    if count < tile_count { count } else { (count - tile).div_ceil(tile_count) }
+}
+
+/// `tiles[TILE_STRIDE * t + l]`: first merged light of level l for sub-image t; the entry after Lmax ends the list.
+/// Entries of unused levels stay 0.
+#[must_use]
+pub fn deal_tiles(table: &LevelTable, deal: Deal) -> Vec<u32> {
+    let mut tiles = vec![0; TILE_STRIDE * deal.tile_count as usize];
+    let mut next = 0;
+    for (tile, entries) in tiles.chunks_exact_mut(TILE_STRIDE).enumerate() {
+        for level in deal.first_level..=deal.top_level {
+            let count = if level == 0 { deal.light_count } else { table.count(level) as u32 };
+            entries[level as usize] = next;
+            next += dealt_count(count, tile as u32, deal.tile_count);
+        }
+        entries[deal.top_level as usize + 1] = next;
+    }
+    tiles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dealing_by_hand() {
+        assert_eq!([0, 1, 2, 3].map(|tile| dealt_count(10, tile, 4)), [3, 3, 2, 2]);
+        assert_eq!([0, 1, 2, 3].map(|tile| dealt_count(4, tile, 4)), [1; 4]);
+        assert_eq!([0, 1, 2, 3].map(|tile| dealt_count(3, tile, 4)), [3; 4], "copied to all");
+        for count in 16..100 {
+            assert_eq!((0..16).map(|tile| dealt_count(count, tile, 16)).sum::<u32>(), count);
+        }
+    }
+
+    #[test]
+    fn tiles_by_hand() {
+        let mut table = LevelTable::default();
+        table.0[2..6].copy_from_slice(&[0, 5, 5, 2]);
+        let tiles = deal_tiles(&table, Deal { tile_count: 4, first_level: 1, top_level: 2, light_count: 9 });
+        assert_eq!(tiles[1..4], [0, 2, 4], "two of five, both of two");
+        assert_eq!(tiles[TILE_STRIDE + 1..TILE_STRIDE + 4], [4, 5, 7]);
+    }
+}

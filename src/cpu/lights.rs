@@ -1,0 +1,157 @@
+//! Twins of the light arithmetic in `common/lights.glsl` and `common/color.glsl`, and the lights S0.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::scene::octahedral::unpack_octahedral;
+
+/// The lights S0 as the buffers hold them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightList {
+    /// Position as float bits, octahedral normal.
+    pub positions: Vec<[u32; 4]>,
+    /// Flux, then 1 for VPLs and 0 for lights that shine in all directions.
+    pub fluxes: Vec<[f32; 4]>,
+}
+
+impl LightList {
+    /// Number of lights.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// Appends a light; an isotropic one keeps its normal bits but does not use them.
+    pub fn push(&mut self, position_ws: [f32; 3], normal_oct: u32, flux: [f32; 3], isotropic: bool) {
+        let [x, y, z] = position_ws.map(f32::to_bits);
+        self.positions.push([x, y, z, normal_oct]);
+        self.fluxes.push([flux[0], flux[1], flux[2], f32::from(u8::from(!isotropic))]);
+    }
+
+    /// Position of a light.
+    #[must_use]
+    pub fn position(&self, index: usize) -> [f32; 3] {
+        let [x, y, z, _] = self.positions[index];
+        [x, y, z].map(f32::from_bits)
+    }
+
+    /// Normal of a light; zero where it is isotropic.
+    #[must_use]
+    pub fn normal(&self, index: usize) -> Vec3 {
+        if self.fluxes[index][3] > 0.5 { unpack_octahedral(self.positions[index][3]) } else { Vec3::ZERO }
+    }
+
+    /// Flux of a light.
+    #[must_use]
+    pub fn flux(&self, index: usize) -> Vec3 {
+        let [r, g, b, _] = self.fluxes[index];
+        Vec3::new(r, g, b)
+    }
+}
+
+/// Rec. 709 luminance.
+#[must_use]
+pub fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Blending function of a level at distance `d`, with `radius` = alpha times the level's cell.
+#[must_use]
+pub fn blend_weight(d: f32, radius: f32, level: u32, first_used: u32, last_used: u32) -> f32 {
+    let rise = if level == first_used { 1.0 } else { (2.0 * d / radius - 1.0).clamp(0.0, 1.0) };
+    let fall = if level == last_used { 1.0 } else { (2.0 - d / radius).clamp(0.0, 1.0) };
+    f32::min(rise, fall)
+}
+
+/// Radiant intensity per unit flux towards the unit direction `w`.
+#[must_use]
+pub fn lobe_intensity(lobe: Vec3, w: Vec3) -> f32 {
+    ((1.0 - lobe.length().min(1.0)) * 0.25 + lobe.dot(w).max(0.0)) / PI
+}
+
+/// Outgoing radiance per unit albedo and unit flux; `offset` leads from the surface to the light.
+#[must_use]
+pub fn light_response(offset: Vec3, distance: f32, normal: Vec3, lobe: Vec3, clamp_squared: f32) -> f32 {
+    let w = offset / distance.max(1e-20);
+    let cosine = normal.dot(w).max(0.0);
+    if cosine <= 0.0 {
+        return 0.0;
+    }
+    lobe_intensity(lobe, -w) * cosine / (distance * distance + clamp_squared) / PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blending_by_hand() {
+        // Middle level, radius 1: 0 up to 1/2, 1 at 1, 0 from 2 on.
+        let middle = |d| blend_weight(d, 1.0, 3, 1, 5);
+        assert_eq!([0.0, 0.5, 0.75, 1.0, 1.5, 2.0, 9.0].map(middle), [0.0, 0.0, 0.5, 1.0, 0.5, 0.0, 0.0]);
+        assert_eq!([0.0, 1.0, 1.5, 2.0].map(|d| blend_weight(d, 1.0, 1, 1, 5)), [1.0, 1.0, 0.5, 0.0]);
+        assert_eq!([0.0, 0.5, 0.75, 1.0, 99.0].map(|d| blend_weight(d, 1.0, 5, 1, 5)), [0.0, 0.0, 0.5, 1.0, 1.0]);
+    }
+
+    fn worst_blend_sum(scale_of: impl Fn(u32) -> f32) -> f32 {
+        let mut worst = 0.0_f32;
+        for (first, last) in [(0, 2), (0, 10), (1, 2), (1, 5), (1, 7), (2, 3)] {
+            for alpha in [0.3_f32, 1.0, 1.7, 4.0] {
+                for i in 0..4000 {
+                    let d = 1e-4 * 1.003_f32.powi(i);
+                    let weight = |l: u32| {
+                        scale_of(l) * blend_weight(d, alpha * 2.0_f32.powi(l as i32 - last as i32), l, first, last)
+                    };
+                    worst = worst.max(((first..=last).map(weight).sum::<f32>() - 1.0).abs());
+                }
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn blending_functions_sum_to_one() {
+        let worst = worst_blend_sum(|_| 1.0);
+        assert!(worst < 1e-6, "worst deviation {worst}");
+    }
+
+    #[test]
+    fn a_blending_function_scaled_by_a_hundredth_is_noticed() {
+        assert!(worst_blend_sum(|level| if level == 2 { 1.01 } else { 1.0 }) > 1e-3);
+    }
+
+    #[test]
+    fn lobes_keep_the_flux() {
+        // Integral over the sphere of the intensity is the flux, for every lobe length: 1 with a full lobe.
+        for length in [0.0, 0.3, 1.0] {
+            let n = 20_000;
+            let sum: f32 = (0..n)
+                .map(|i| {
+                    let z = 1.0 - 2.0 * (i as f32 + 0.5) / n as f32;
+                    let r = (1.0 - z * z).sqrt();
+                    lobe_intensity(Vec3::new(0.0, 0.0, length), Vec3::new(r, 0.0, z))
+                })
+                .sum();
+            let flux = sum * 4.0 * PI / n as f32;
+            assert!((flux - 1.0).abs() < 1e-3, "lobe {length}: {flux}");
+        }
+    }
+
+    #[test]
+    fn response_by_hand() {
+        // A light facing the surface two metres above it: (1 / pi) / 4 / pi.
+        let up = Vec3::Y;
+        let response = light_response(2.0 * up, 2.0, up, -up, 0.0);
+        assert!((response - 0.25 / (PI * PI)).abs() < 1e-7);
+        assert_eq!(light_response(2.0 * up, 2.0, -up, -up, 0.0), 0.0);
+        assert_eq!(light_response(2.0 * up, 2.0, up, up, 0.0), 0.0, "the light faces away");
+        assert_eq!(light_response(Vec3::ZERO, 0.0, up, Vec3::ZERO, 1.0), 0.0);
+    }
+}

@@ -1,0 +1,82 @@
+//! Twin of `merge/merge_lights`.
+
+use glam::Vec3;
+
+use super::count_lights::LevelTable;
+use super::deal_tiles::{Deal, TILE_STRIDE};
+use super::lights::{LightList, luminance};
+use crate::shared::GridLight;
+
+/// The merged list: `tiles` from [`super::deal_tiles::deal_tiles`].
+#[must_use]
+pub fn merge_lights(
+    grid_lights: &[GridLight],
+    lights: &LightList,
+    table: &LevelTable,
+    tiles: &[u32],
+    deal: Deal,
+) -> Vec<GridLight> {
+    let total = tiles[tiles.len() - TILE_STRIDE + deal.top_level as usize + 1];
+    let mut merged: Vec<GridLight> = vec![bytemuck::Zeroable::zeroed(); total as usize];
+    let mut put = |light: GridLight, index: usize, count: usize| {
+        let tile_count = deal.tile_count as usize;
+        let first = |tile: usize| tiles[TILE_STRIDE * tile + light.level as usize] as usize;
+        if count < tile_count {
+            (0..tile_count).for_each(|tile| merged[first(tile) + index] = light);
+            return;
+        }
+        let scaled = GridLight {
+            flux: light.flux.map(|f| f * tile_count as f32),
+            luminance: light.luminance * tile_count as f32,
+            ..light
+        };
+        merged[first(index % tile_count) + index / tile_count] = scaled;
+    };
+    for (index, light) in grid_lights[..table.range(deal.top_level).end].iter().enumerate() {
+        if light.level >= deal.first_level {
+            let copy = GridLight { vertex: index as u32, ..*light };
+            put(copy, index - table.first(light.level), table.count(light.level));
+        }
+    }
+    if deal.first_level == 0 {
+        (0..lights.len()).for_each(|index| put(original_light(lights, index), index, lights.len()));
+    }
+    merged
+}
+
+/// A light of S0 as a light of the hierarchy.
+#[must_use]
+pub fn original_light(lights: &LightList, index: usize) -> GridLight {
+    let flux = lights.flux(index);
+    GridLight {
+        position_ws: lights.position(index),
+        luminance: luminance(flux),
+        variance: Vec3::ZERO.to_array(),
+        level: 0,
+        lobe: lights.normal(index).to_array(),
+        weight: 1.0,
+        flux: flux.to_array(),
+        vertex: index as u32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::deal_tiles::deal_tiles;
+    use super::*;
+
+    #[test]
+    fn five_lights_for_four_sub_images() {
+        let light = |level: u32, flux: f32| GridLight { flux: [flux; 3], level, ..bytemuck::Zeroable::zeroed() };
+        let grid_lights: Vec<GridLight> =
+            (0..5).map(|i| light(1, i as f32)).chain([light(2, 10.0), light(2, 20.0)]).collect();
+        let mut table = LevelTable::default();
+        table.0[2..6].copy_from_slice(&[0, 5, 5, 2]);
+        let deal = Deal { tile_count: 4, first_level: 1, top_level: 2, light_count: 0 };
+        let tiles = deal_tiles(&table, deal);
+        let merged = merge_lights(&grid_lights, &LightList::default(), &table, &tiles, deal);
+        let fluxes: Vec<f32> = merged.iter().map(|l| l.flux[0]).collect();
+        assert_eq!(fluxes, [0.0, 16.0, 10.0, 20.0, 4.0, 10.0, 20.0, 8.0, 10.0, 20.0, 12.0, 10.0, 20.0]);
+        assert_eq!(merged[1].vertex, 4);
+    }
+}

@@ -1,0 +1,165 @@
+//! The hierarchy alone on the GPU: lights in, every buffer out.
+
+use std::sync::Arc;
+
+use gridlight::cpu::count_lights::{LevelTable, TABLE_WORDS};
+use gridlight::cpu::deal_tiles::{Deal, TILE_STRIDE};
+use gridlight::cpu::grid::Grid;
+use gridlight::cpu::lights::LightList;
+use gridlight::frame::{self, HierarchyOutputs};
+use gridlight::gpu::{Executor, Gpu};
+use gridlight::graph::BufferHandle;
+use gridlight::light_grid::Levels;
+use gridlight::passes::FrameShape;
+use gridlight::settings::{Build, Filter, Reservoir};
+use gridlight::shared::{FrameData, GridLight, GridPlacement};
+
+/// A compiled hierarchy for up to so many lights.
+pub struct Hierarchy {
+    executor: Executor,
+    outputs: HierarchyOutputs,
+    shape: FrameShape,
+}
+
+/// What to compile.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Lmax.
+    pub top: u32,
+    /// How levels above S1 are built.
+    pub build: Build,
+    /// Interleave n.
+    pub interleave: u32,
+    /// First used level.
+    pub first_level: u32,
+    /// Lights that fit.
+    pub light_capacity: u32,
+    /// Grid lights that fit; `None` is enough for any lights.
+    pub grid_capacity: Option<u32>,
+}
+
+/// Everything the GPU made.
+pub struct Readback {
+    /// Placement and levels.
+    pub grid: Grid,
+    /// Occupancy bits.
+    pub occupancy: Vec<u32>,
+    /// Their ranks.
+    pub ranks: Vec<u32>,
+    /// The level table.
+    pub table: LevelTable,
+    /// Grid lights of all levels.
+    pub lights: Vec<GridLight>,
+    /// Where each level of each sub-image starts.
+    pub tiles: Vec<u32>,
+    /// The merged list.
+    pub merged: Vec<GridLight>,
+    /// How it was dealt.
+    pub deal: Deal,
+}
+
+impl Hierarchy {
+    /// Compiles it.
+    pub fn new(gpu: &Arc<Gpu>, options: Options) -> Self {
+        let shape = shape(options);
+        let (graph, outputs) = frame::build_hierarchy(shape.clone());
+        let executor = Executor::new(gpu, graph, None).unwrap();
+        Self { executor, outputs, shape }
+    }
+
+    /// Grid lights that fit.
+    pub fn grid_capacity(&self) -> u32 {
+        self.shape.grid_capacity
+    }
+
+    /// Runs it once over `lights`.
+    pub fn run(&mut self, lights: &LightList, scene_radius: f32) -> Readback {
+        let count = lights.len() as u32;
+        assert!(count <= self.shape.light_capacity());
+        let write = |buffer, bytes: &[u8]| self.executor.write_buffer(buffer, bytes).unwrap();
+        write(self.outputs.lights.positions, bytemuck::cast_slice(&lights.positions));
+        write(self.outputs.lights.fluxes, bytemuck::cast_slice(&lights.fluxes));
+        write(self.outputs.lights.counts, bytemuck::cast_slice(&[count, count, 0, 0]));
+        // What is never written must not look like a result.
+        for buffer in [self.outputs.grid.lights, self.outputs.grid.ranks, self.outputs.merged.lights] {
+            let size = self.executor.read_buffer(buffer).unwrap().len();
+            write(buffer, &vec![0xff; size]);
+        }
+        let data = frame_data(&self.shape, scene_radius);
+        let ticket = self.executor.submit(bytemuck::bytes_of(&data)).unwrap();
+        self.executor.wait(ticket).unwrap();
+        self.read_back(count)
+    }
+
+    fn read_back(&self, light_count: u32) -> Readback {
+        let outputs = &self.outputs;
+        let placement: Vec<GridPlacement> = self.read(outputs.placement);
+        let table: Vec<u32> = self.read(outputs.grid.level_table);
+        let mut words = [0; TABLE_WORDS];
+        words.copy_from_slice(&table[..TABLE_WORDS]);
+        let table = LevelTable(words);
+        let top = self.shape.levels.top;
+        let mut lights: Vec<GridLight> = self.read(outputs.grid.lights);
+        lights.truncate(table.range(top).end);
+        let tile_count = self.shape.interleave * self.shape.interleave;
+        let tiles: Vec<u32> = self.read(outputs.merged.tiles);
+        let mut merged: Vec<GridLight> = self.read(outputs.merged.lights);
+        merged.truncate(tiles[(tile_count as usize - 1) * TILE_STRIDE + top as usize + 1] as usize);
+        Readback {
+            grid: Grid { placement: placement[0], levels: self.shape.levels },
+            occupancy: self.read(outputs.grid.occupancy),
+            ranks: self.read(outputs.grid.ranks),
+            table,
+            lights,
+            tiles,
+            merged,
+            deal: Deal { tile_count, first_level: self.shape.first_level, top_level: top, light_count },
+        }
+    }
+
+    fn read<T: bytemuck::Pod>(&self, buffer: BufferHandle) -> Vec<T> {
+        bytemuck::pod_collect_to_vec(&self.executor.read_buffer(buffer).unwrap())
+    }
+}
+
+/// Sizes and modes of a hierarchy alone.
+pub fn shape(options: Options) -> FrameShape {
+    let levels = Levels::new(options.top);
+    let lights = u64::from(options.light_capacity);
+    // A light has 8 vertices, an S1 light again 8 in each level above.
+    let most = |level: u32| u64::from(levels.vertices_per_axis(level)).pow(3).min(8 * 8 * lights);
+    let all = (1..=levels.top).map(most).sum::<u64>().max(1) as u32;
+    FrameShape {
+        width_px: 16,
+        height_px: 16,
+        interleave: options.interleave,
+        levels,
+        first_level: options.first_level,
+        path_count: 0,
+        bounces: 0,
+        vpl_capacity: options.light_capacity,
+        scene_light_count: 0,
+        grid_capacity: options.grid_capacity.unwrap_or(all),
+        shadow_samples: 0,
+        reservoir: Reservoir::Lock,
+        build: options.build,
+        filter: Filter::None,
+        lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
+        count_overdraw: false,
+    }
+}
+
+/// The constants that the hierarchy reads.
+pub fn frame_data(shape: &FrameShape, scene_radius: f32) -> FrameData {
+    let [sub_width, sub_height] = shape.sub_image_px();
+    FrameData {
+        scene_sphere: [0.0, 0.0, 0.0, scene_radius],
+        size: [shape.width_px, shape.height_px, sub_width, sub_height],
+        sampling: [shape.interleave, shape.shadow_samples, 2, shape.first_level],
+        counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
+        lights: [1, 0, 0, shape.scene_light_count],
+        tuning: [1.0, 0.0, 0.0, 0.0],
+        levels: shape.levels.table(),
+        ..bytemuck::Zeroable::zeroed()
+    }
+}

@@ -1,0 +1,190 @@
+//! Every shared struct, member by member: the offsets in the committed SPIR-V against those in Rust.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::mem::offset_of;
+
+use gridlight::scene::bvh::{BvhNode, BvhTriangle};
+use gridlight::shader::spirv;
+use gridlight::shared::{FrameData, GpuMaterial, GridLight, GridPlacement, PunctualLight};
+use rspirv::dr::{Module, Operand};
+use rspirv::spirv::{Decoration, Op};
+
+/// A struct of a shader.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Layout {
+    /// Offset and name of each member.
+    members: Vec<(u32, String)>,
+    /// Stride of the arrays of it, where there are any.
+    stride: Option<u32>,
+}
+
+/// Names of the struct in GLSL, its size and the members in Rust.
+struct Shared {
+    name: &'static str,
+    size: usize,
+    members: Vec<(usize, &'static str)>,
+}
+
+macro_rules! shared {
+    ($name:literal, $type:ty, $($field:ident as $member:literal),*) => {
+        Shared { name: $name, size: size_of::<$type>(), members: vec![$((offset_of!($type, $field), $member)),*] }
+    };
+    ($name:literal, $type:ty, $($field:ident),*) => {
+        Shared { name: $name, size: size_of::<$type>(), members: vec![$((offset_of!($type, $field), stringify!($field))),*] }
+    };
+}
+
+fn shared_structs() -> Vec<Shared> {
+    vec![
+        shared!(
+            "FrameData",
+            FrameData,
+            clip_from_world,
+            eye_near,
+            forward,
+            right,
+            up,
+            scene_sphere,
+            size,
+            sampling,
+            counts,
+            lights,
+            tuning,
+            levels
+        ),
+        shared!("GridLight", GridLight, position_ws, luminance, variance, level, lobe, weight, flux, vertex),
+        shared!("GridPlacement", GridPlacement, origin_ws, h_top, inverse_h_top, flux_scale, light_count, padding),
+        shared!("Material", GpuMaterial, base_color, albedo_layer, alpha_cutoff, normal_scale, has_normal_map),
+        shared!(
+            "PunctualLight",
+            PunctualLight,
+            position_ws,
+            kind,
+            direction_ws,
+            inner_cos,
+            intensity,
+            outer_cos,
+            path_cdf,
+            path_probability,
+            padding
+        ),
+        shared!(
+            "BvhTriangle", BvhTriangle, v0 as "v0", triangle_index as "triangle", edge1 as "edge1",
+            material as "material", edge2 as "edge2", flags as "flags"
+        ),
+        shared!(
+            "BvhNode", BvhNode, min as "aabb_min", prim_count as "prim_count", max as "aabb_max",
+            first_index as "first_index"
+        ),
+    ]
+}
+
+fn id(operand: &Operand) -> u32 {
+    if let Operand::IdRef(id) = operand { *id } else { panic!("{operand:?} is not an id") }
+}
+
+fn literal(operand: Option<&Operand>) -> u32 {
+    if let Some(Operand::LiteralBit32(value)) = operand { *value } else { panic!("{operand:?} is not a number") }
+}
+
+fn text(operand: &Operand) -> String {
+    if let Operand::LiteralString(text) = operand { text.clone() } else { panic!("{operand:?} is not a string") }
+}
+
+/// The structs of a module that have explicit offsets, by name.
+fn layouts(module: &Module) -> Vec<(String, Layout)> {
+    let mut names = BTreeMap::new();
+    let mut member_names = BTreeMap::new();
+    for i in &module.debug_names {
+        match i.class.opcode {
+            Op::Name => drop(names.insert(id(&i.operands[0]), text(&i.operands[1]))),
+            Op::MemberName => {
+                let member = (id(&i.operands[0]), literal(i.operands.get(1)));
+                member_names.insert(member, text(&i.operands[2]));
+            }
+            _ => {}
+        }
+    }
+    let mut structs: BTreeMap<u32, Layout> = BTreeMap::new();
+    let mut strides = BTreeMap::new();
+    for i in &module.annotations {
+        if i.operands.get(2) == Some(&Operand::Decoration(Decoration::Offset)) {
+            let (target, member) = (id(&i.operands[0]), literal(i.operands.get(1)));
+            let name = member_names.get(&(target, member)).cloned().unwrap_or_default();
+            structs.entry(target).or_default().members.push((literal(i.operands.get(3)), name));
+        }
+        if i.operands.get(1) == Some(&Operand::Decoration(Decoration::ArrayStride)) {
+            strides.insert(id(&i.operands[0]), literal(i.operands.get(2)));
+        }
+    }
+    for i in
+        module.types_global_values.iter().filter(|i| matches!(i.class.opcode, Op::TypeArray | Op::TypeRuntimeArray))
+    {
+        if let (Some(layout), Some(array)) = (structs.get_mut(&id(&i.operands[0])), i.result_id) {
+            layout.stride = strides.get(&array).copied();
+        }
+    }
+    structs.into_iter().map(|(id, layout)| (names.get(&id).cloned().unwrap_or_default(), layout)).collect()
+}
+
+/// Every struct of every committed shader.
+fn all_layouts() -> BTreeMap<String, BTreeSet<Layout>> {
+    let mut all: BTreeMap<String, BTreeSet<Layout>> = BTreeMap::new();
+    for name in spirv::names() {
+        let module = rspirv::dr::load_words(spirv::words(name).unwrap()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        for (name, layout) in layouts(&module) {
+            all.entry(name).or_default().insert(layout);
+        }
+    }
+    all
+}
+
+/// What differs between a struct in the shaders and in Rust.
+fn compare(found: &BTreeMap<String, BTreeSet<Layout>>, shared: &Shared) -> Result<(), String> {
+    let name = shared.name;
+    let layouts = found.get(name).ok_or_else(|| format!("{name} is in no shader"))?;
+    let wanted: Vec<(u32, String)> = shared.members.iter().map(|(o, m)| (*o as u32, (*m).to_owned())).collect();
+    for layout in layouts {
+        if layout.members != wanted {
+            return Err(format!("{name}: {:?} in a shader, {wanted:?} in Rust", layout.members));
+        }
+        if layout.stride.is_some_and(|stride| stride as usize != shared.size) {
+            return Err(format!("{name}: stride {:?} in a shader, {} in Rust", layout.stride, shared.size));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn offsets_in_the_shaders_are_those_in_rust() {
+    let found = all_layouts();
+    let failures: Vec<String> = shared_structs().iter().filter_map(|s| compare(&found, s).err()).collect();
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn arrays_of_structs_have_strides() {
+    let found = all_layouts();
+    for name in ["GridLight", "Material", "PunctualLight", "BvhTriangle", "BvhNode"] {
+        assert!(found[name].iter().any(|layout| layout.stride.is_some()), "{name} is in no array");
+    }
+}
+
+#[test]
+fn planted_faults_are_noticed() {
+    let found = all_layouts();
+    for index in 0..shared_structs().len() {
+        let fault = |plant: &dyn Fn(&mut Shared)| {
+            let mut shared = shared_structs().remove(index);
+            plant(&mut shared);
+            compare(&found, &shared).is_err()
+        };
+        assert!(fault(&|s| s.members[1].0 += 4), "an offset");
+        assert!(fault(&|s| s.members.swap(0, 1)), "swapped members");
+        assert!(fault(&|s| s.members.truncate(1)), "a missing member");
+        assert!(fault(&|s| s.name = "Nowhere"), "a struct in no shader");
+    }
+    let mut grid_light = shared_structs().remove(1);
+    grid_light.size += 16;
+    assert!(compare(&found, &grid_light).is_err(), "the stride");
+}

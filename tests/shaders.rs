@@ -1,0 +1,168 @@
+//! The committed SPIR-V is that of the sources, and a driver accepts every module in every mode of the frame.
+
+mod common;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::Vec3;
+use gridlight::gpu::{Gpu, Work};
+use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::scene::testing::box_room;
+use gridlight::scene::{Light, Scene};
+use gridlight::settings::{Build, Filter, Levels, LightSet, Reservoir, Settings, Size, Technique};
+use gridlight::shader::{source, spirv};
+
+fn shaders_dir() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders"))
+}
+
+/// Hash of each source by variant name.
+fn source_hashes() -> BTreeMap<String, String> {
+    source::all_sources(shaders_dir()).unwrap().into_iter().map(|s| (s.name.clone(), s.hash())).collect()
+}
+
+/// Names whose hashes differ or that only one side has.
+fn stale(manifest: &BTreeMap<String, String>, sources: &BTreeMap<String, String>) -> Vec<String> {
+    let names: BTreeSet<&String> = manifest.keys().chain(sources.keys()).collect();
+    names.into_iter().filter(|name| manifest.get(*name) != sources.get(*name)).cloned().collect()
+}
+
+#[test]
+fn the_committed_spirv_is_that_of_the_sources() {
+    let text = std::fs::read_to_string(shaders_dir().join("spirv/manifest.json")).unwrap();
+    let manifest: BTreeMap<String, String> = serde_json::from_str(&text).unwrap();
+    let stale = stale(&manifest, &source_hashes());
+    assert!(stale.is_empty(), "stale SPIR-V, run tools/compile-shaders: {stale:?}");
+}
+
+#[test]
+fn every_variant_is_embedded_and_nothing_else() {
+    let embedded: BTreeSet<String> = spirv::names().map(str::to_owned).collect();
+    let sources: BTreeSet<String> = source_hashes().into_keys().collect();
+    assert_eq!(embedded, sources, "run tools/compile-shaders");
+}
+
+#[test]
+fn a_changed_missing_or_extra_source_is_stale() {
+    let sources = source_hashes();
+    let name = sources.keys().next().unwrap().clone();
+    let mut changed = sources.clone();
+    changed.insert(name.clone(), "0".repeat(64));
+    assert_eq!(stale(&changed, &sources), std::slice::from_ref(&name));
+    changed.remove(&name);
+    assert_eq!(stale(&changed, &sources), std::slice::from_ref(&name));
+    assert_eq!(stale(&sources, &changed), [name]);
+}
+
+/// A closed room with a lamp: everything has indirect light.
+fn room() -> Scene {
+    let mut scene = box_room(4.0, Vec3::splat(0.6));
+    scene.lights = vec![Light::Point { position_ws: Vec3::new(0.5, 1.2, -0.4), intensity: Vec3::splat(4.0) }];
+    let camera = &mut scene.cameras[0];
+    camera.position_ws = Vec3::new(0.0, 0.0, 1.5);
+    (camera.right_ws, camera.up_ws, camera.forward_ws) = (Vec3::X, Vec3::Y, Vec3::NEG_Z);
+    camera.yfov_rad = 1.2;
+    camera.near = 0.05;
+    scene
+}
+
+fn small() -> Settings {
+    Settings { size: Size { width: 48, height: 27 }, vpls: 500, levels: Levels::Fixed(3), ..Settings::default() }
+}
+
+/// Every mode at least once; modes that meet in one pass in every combination.
+fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
+    let mut modes = vec![
+        Settings { technique: Technique::Direct, ..small() },
+        Settings { lights: LightSet::Scene, ..small() },
+        Settings { lights: LightSet::Both, levels: Levels::Auto, ..small() },
+    ];
+    let mut others = [(Build::Gather, Filter::Atrous, 1), (Build::Scatter, Filter::None, 0)].into_iter().cycle();
+    for interleave in [1, 2, 4] {
+        for shadow_samples in [0, 1, 16] {
+            for reservoir in reservoirs {
+                if let Some((build, filter, first_level)) = others.next() {
+                    let reservoir = Some(*reservoir);
+                    modes.push(Settings {
+                        interleave,
+                        shadow_samples,
+                        reservoir,
+                        build,
+                        filter,
+                        first_level,
+                        ..small()
+                    });
+                }
+            }
+        }
+    }
+    for (build, filter, first_level) in [(Build::Gather, Filter::None, 0), (Build::Scatter, Filter::Atrous, 1)] {
+        modes.push(Settings { build, filter, first_level, ..small() });
+    }
+    modes
+}
+
+/// Renders two frames; gives the names of the shaders that ran.
+fn render(
+    gpu: &Arc<Gpu>,
+    scene: &UploadedScene,
+    camera: &gridlight::scene::Camera,
+    settings: &Settings,
+) -> BTreeSet<String> {
+    let mut renderer = Renderer::with_statistics(gpu, scene, camera, settings, settings.first_level == 0).unwrap();
+    for _ in 0..2 {
+        let ticket = renderer.submit().unwrap();
+        renderer.wait(ticket).unwrap();
+    }
+    let radiance = renderer.read_radiance().unwrap();
+    assert!(radiance.iter().all(|value| value.is_finite() && *value >= 0.0), "{settings:?}");
+    assert!(radiance.iter().any(|value| *value > 0.0), "black: {settings:?}");
+    let messages = gpu.validation_messages();
+    assert!(messages.is_empty(), "{settings:?}: {messages:#?}");
+    let mut names = BTreeSet::new();
+    for pass in renderer.executor().graph().passes() {
+        match &pass.payload {
+            Work::Compute(work) => drop(names.insert(work.shader.clone())),
+            Work::Raster(work) => {
+                names.extend(work.draws.iter().flat_map(|d| [d.vertex.clone(), d.fragment.clone()]));
+            }
+            Work::Transfer(_) => {}
+        }
+    }
+    names
+}
+
+fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {
+    let scene = room();
+    let uploaded = UploadedScene::new(gpu, &scene).unwrap();
+    let modes = modes(reservoirs);
+    modes.iter().flat_map(|settings| render(gpu, &uploaded, &scene.cameras[0], settings)).collect()
+}
+
+#[test]
+fn every_module_runs_in_some_mode() {
+    let test = common::gpu();
+    let exact = test.gpu.features().int64_atomics;
+    let reservoirs = [Reservoir::Race, Reservoir::Lock, Reservoir::Exact];
+    let used = render_all(&test.gpu, &reservoirs[..if exact { 3 } else { 2 }]);
+    let unused: Vec<&str> = spirv::names().filter(|n| !used.contains(*n) && (exact || !n.contains("_exact"))).collect();
+    assert!(unused.is_empty(), "no mode of the frame uses {unused:?}");
+}
+
+#[test]
+fn the_fallbacks_of_the_baseline_run() {
+    let test = common::baseline_gpu();
+    let used = render_all(&test.gpu, &[Reservoir::Lock]);
+    assert!(!used.iter().any(|name| name.contains("_exact")), "{used:?}");
+    assert!(used.contains("light_volumes/shade_light_volume_lock.frag"));
+    let scene = room();
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let defaults = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &small()).unwrap();
+    assert_eq!(defaults.shape().reservoir, Reservoir::Lock);
+    assert_eq!(defaults.shape().lighting_format, ash::vk::Format::R16G16B16A16_SFLOAT);
+    let exact = Settings { reservoir: Some(Reservoir::Exact), ..small() };
+    let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &exact).err().unwrap();
+    assert_eq!(error.exit_code(), 2, "{error}");
+}

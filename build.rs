@@ -20,9 +20,8 @@ fn main() {
 /// Writes a table of (shader name, bytes), sorted by name, that `src/shader/spirv.rs` includes.
 fn embed_spirv(dir: &Path, table: &Path) {
     println!("cargo::rerun-if-changed={}", dir.display());
-    let mut files: Vec<PathBuf> = fs::read_dir(dir)
-        .map(|entries| entries.flatten().map(|e| e.path()).collect())
-        .unwrap_or_default();
+    let mut files: Vec<PathBuf> =
+        fs::read_dir(dir).map(|entries| entries.flatten().map(|e| e.path()).collect()).unwrap_or_default();
     files.retain(|path| path.extension().is_some_and(|e| e == "spv"));
     let mut shaders: Vec<(String, PathBuf)> = files
         .into_iter()

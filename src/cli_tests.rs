@@ -49,7 +49,7 @@ fn no_options_are_the_defaults() {
 fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --first-level 0 --interleave 4 --shadow-samples 16 --shadow-from 3 \
-        --reservoir race --build scatter --filter none --clamp 0 --seed 9 --exposure 0.5 --output a.exr \
+        --shadow-points deviation --reservoir race --build scatter --filter none --clamp 0 --seed 9 --exposure 0.5 --output a.exr \
         --timings a.json --gpu llvmpipe --validation";
     let expected = Settings {
         scene: Some("a.gltf".into()),
@@ -68,6 +68,7 @@ fn every_option_arrives() {
         interleave: 4,
         shadow_samples: 16,
         shadow_from: 3,
+        shadow_points: ShadowPoints::Deviation,
         reservoir: Some(Reservoir::Race),
         build: Build::Scatter,
         filter: Filter::None,
@@ -168,7 +169,7 @@ fn mistakes_get_one_sentence() {
 fn help_names_every_option() {
     let help = shown(&["--help"]);
     let options = "--headless --frames --warmup --size --camera --technique --vpls --bounces --levels --alpha \
-        --first-level --interleave --shadow-samples --shadow-from --reservoir --build --filter --clamp --seed \
+        --first-level --interleave --shadow-samples --shadow-from --shadow-points --reservoir --build --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
         --lights --help --version [SCENE]";
     for option in options.split_whitespace() {

@@ -216,11 +216,8 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         None if features.int64_atomics => Reservoir::Exact,
         None => Reservoir::Lock,
     };
-    let lighting_format = if features.blend_rgba32f {
-        vk::Format::R32G32B32A32_SFLOAT
-    } else {
-        vk::Format::R16G16B16A16_SFLOAT
-    };
+    let lighting_format =
+        if features.blend_rgba32f { vk::Format::R32G32B32A32_SFLOAT } else { vk::Format::R16G16B16A16_SFLOAT };
     let shape = FrameShape {
         width_px: settings.size.width,
         height_px: settings.size.height,

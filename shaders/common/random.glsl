@@ -8,8 +8,8 @@ uint hash(uint value) {
 uint hash(uint a, uint b) { return hash(a ^ hash(b)); }
 uint hash(uint a, uint b, uint c) { return hash(a ^ hash(b ^ hash(c))); }
 
-// Strictly between 0 and 1.
-float unit_float(uint bits) { return (float(bits >> 8u) + 0.5) * (1.0 / 16777216.0); }
+// Strictly between 0 and 1: 23 bits, so that the half is kept and 1 is never reached.
+float unit_float(uint bits) { return (float(bits >> 9u) + 0.5) * (1.0 / 8388608.0); }
 
 // The n-th number of a stream.
 float random(inout uint state) {

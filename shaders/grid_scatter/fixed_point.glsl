@@ -3,14 +3,19 @@
 const float FIXED_HIGH = 256.0;
 const float FIXED_LOW = 4294967296.0;
 
-// Splits a value in [-1, 1] into the two words.
+uvec2 negated(uvec2 words) { return uvec2(~words.x + 1u, ~words.y + (words.x == 0u ? 1u : 0u)); }
+
+// Splits a value in [-1, 1] into the two words. By magnitude, so that small negative values keep their bits.
 uvec2 fixed_from_float(float value) {
-    float scaled = value * FIXED_HIGH;
+    float scaled = abs(value) * FIXED_HIGH;
     float high = floor(scaled);
-    float low = min(scaled - high, 0.99999994);
-    return uvec2(uint(low * FIXED_LOW), uint(int(high)));
+    uvec2 words = uvec2(uint((scaled - high) * FIXED_LOW), uint(high));
+    return value < 0.0 ? negated(words) : words;
 }
 
 float float_from_fixed(uvec2 words) {
-    return float(int(words.y)) / FIXED_HIGH + float(words.x) / (FIXED_HIGH * FIXED_LOW);
+    bool negative = int(words.y) < 0;
+    uvec2 magnitude = negative ? negated(words) : words;
+    float value = float(magnitude.y) / FIXED_HIGH + float(magnitude.x) / (FIXED_HIGH * FIXED_LOW);
+    return negative ? -value : value;
 }

@@ -69,8 +69,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
 }
 
 fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
-    let options =
-        GpuOptions { select: settings.gpu.clone(), validation: settings.validation, baseline_only: false };
+    let options = GpuOptions { select: settings.gpu.clone(), validation: settings.validation, baseline_only: false };
     Gpu::new(&options)
 }
 
@@ -102,11 +101,9 @@ fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<Uploaded
 fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera> {
     let found = match wanted {
         None => scene.cameras.first(),
-        Some(name) => scene
-            .cameras
-            .iter()
-            .find(|c| c.name == name)
-            .or_else(|| scene.cameras.get(name.parse::<usize>().ok()?)),
+        Some(name) => {
+            scene.cameras.iter().find(|c| c.name == name).or_else(|| scene.cameras.get(name.parse::<usize>().ok()?))
+        }
     };
     found.ok_or_else(|| {
         let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();

@@ -14,7 +14,8 @@ pub fn list() -> Result<()> {
     let mut text = String::new();
     for (index, gpu) in list_gpus()?.iter().enumerate() {
         let _ = writeln!(text, "{index}: {} ({}, Vulkan {}, {})", gpu.name, gpu.kind, gpu.api_version, gpu.driver);
-        let suitable = if gpu.missing.is_empty() { "yes".to_owned() } else { format!("no, lacks {}", gpu.missing.join(", ")) };
+        let suitable =
+            if gpu.missing.is_empty() { "yes".to_owned() } else { format!("no, lacks {}", gpu.missing.join(", ")) };
         let _ = writeln!(text, "   suitable: {suitable}");
         for (name, found, fallback) in gpu.optional.rows() {
             let state = if found { "found".to_owned() } else { format!("missing ({fallback})") };

@@ -60,8 +60,7 @@ impl Sets {
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
         // SAFETY: valid create info.
         let layout = check(name, unsafe { gpu.device.create_descriptor_set_layout(&info, None) })?;
-        let mut sets =
-            Self { layout, sets: Vec::new(), pool: vk::DescriptorPool::null(), gpu: Arc::clone(gpu) };
+        let mut sets = Self { layout, sets: Vec::new(), pool: vk::DescriptorPool::null(), gpu: Arc::clone(gpu) };
         if contents.is_empty() || first.is_empty() {
             return Ok(sets);
         }
@@ -92,16 +91,14 @@ impl Sets {
 fn write(gpu: &Gpu, set: vk::DescriptorSet, binding: u32, bound: Bound) {
     let mut buffers = [vk::DescriptorBufferInfo::default()];
     let mut images = [vk::DescriptorImageInfo::default()];
-    let target =
-        vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(bound.kind());
+    let target = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(bound.kind());
     let target = match bound {
         Bound::Storage { buffer, size_bytes } | Bound::Uniform { buffer, size_bytes } => {
             buffers[0] = vk::DescriptorBufferInfo { buffer, offset: 0, range: size_bytes };
             target.buffer_info(&buffers)
         }
         Bound::StorageImage { view } => {
-            images[0] =
-                vk::DescriptorImageInfo::default().image_view(view).image_layout(vk::ImageLayout::GENERAL);
+            images[0] = vk::DescriptorImageInfo::default().image_view(view).image_layout(vk::ImageLayout::GENERAL);
             target.image_info(&images)
         }
         Bound::SampledImage { view, layout } => {

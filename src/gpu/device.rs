@@ -149,11 +149,12 @@ fn select(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevi
         instance.physical_devices()?.into_iter().map(|d| (d, features::report(instance, d))).collect();
     let names = found.iter().enumerate().map(|(i, (_, r))| format!("{i}: {}", r.name)).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = wanted {
-        let index = wanted.parse::<usize>().ok().filter(|i| *i < found.len()).or_else(|| {
-            found.iter().position(|(_, r)| r.name.to_lowercase().contains(&wanted.to_lowercase()))
-        });
-        let index =
-            index.ok_or_else(|| Error::Usage(format!("--gpu {wanted} names no device; there are {names}")))?;
+        let index = wanted
+            .parse::<usize>()
+            .ok()
+            .filter(|i| *i < found.len())
+            .or_else(|| found.iter().position(|(_, r)| r.name.to_lowercase().contains(&wanted.to_lowercase())));
+        let index = index.ok_or_else(|| Error::Usage(format!("--gpu {wanted} names no device; there are {names}")))?;
         let (device, report) = found.swap_remove(index);
         return match report.missing.as_slice() {
             [] => Ok((device, report)),
@@ -185,7 +186,10 @@ fn create_device(
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
         .timeline_semaphore(true)
         .shader_buffer_int64_atomics(optional.int64_atomics);
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true).shader_demote_to_helper_invocation(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .shader_demote_to_helper_invocation(true);
     let mut features = vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut v12).push_next(&mut v13);
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features);
     // SAFETY: only features reported by the device are enabled; pointers outlive the call.

@@ -162,9 +162,8 @@ fn features(
         missing.push("a graphics and compute queue with timestamps");
     }
     // SAFETY: `device` comes from this instance.
-    let rgba32f = unsafe {
-        instance.raw.get_physical_device_format_properties(device, vk::Format::R32G32B32A32_SFLOAT)
-    };
+    let rgba32f =
+        unsafe { instance.raw.get_physical_device_format_properties(device, vk::Format::R32G32B32A32_SFLOAT) };
     let optional = OptionalFeatures {
         int64_atomics: core.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
         blend_rgba32f: rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),

@@ -53,12 +53,7 @@ impl Image {
         // SAFETY: valid create info within the device's limits; destroyed in `drop`.
         let raw = check(name, unsafe { gpu.device.create_image(&create, None) })?;
         gpu.set_name(raw, name);
-        let mut image = Self {
-            raw,
-            view: vk::ImageView::null(),
-            allocation: None,
-            gpu: Arc::clone(gpu),
-        };
+        let mut image = Self { raw, view: vk::ImageView::null(), allocation: None, gpu: Arc::clone(gpu) };
         image.bind(name)?;
         image.view = create_view(gpu, name, raw, &info)?;
         Ok(image)

@@ -45,7 +45,8 @@ impl Instance {
             || layers.first().is_some_and(|layer| has_extension(&entry, Some(layer), ext::debug_utils::NAME));
         let raw = create_instance(&entry, &layers, has_debug_utils, validation)?;
         let messages = Messages::default();
-        let messenger = (validation && has_debug_utils).then(|| create_messenger(&entry, &raw, &messages)).transpose()?;
+        let messenger =
+            (validation && has_debug_utils).then(|| create_messenger(&entry, &raw, &messages)).transpose()?;
         Ok(Self { _entry: entry, raw, messenger, messages, has_debug_utils })
     }
 
@@ -151,18 +152,13 @@ fn create_messenger(
 ) -> Result<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)> {
     let functions = ext::debug_utils::Instance::new(entry, instance);
     let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
-        .message_severity(
-            vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
-        )
-        .message_type(
-            vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
-        )
+        .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
+        .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE)
         .pfn_user_callback(Some(on_message))
         .user_data(Arc::as_ptr(messages).cast_mut().cast());
     // SAFETY: the user data is the mutex inside an `Arc` that the `Instance` keeps until the messenger is gone.
-    let messenger = check("vkCreateDebugUtilsMessengerEXT", unsafe {
-        functions.create_debug_utils_messenger(&info, None)
-    })?;
+    let messenger =
+        check("vkCreateDebugUtilsMessengerEXT", unsafe { functions.create_debug_utils_messenger(&info, None) })?;
     Ok((functions, messenger))
 }
 

@@ -9,8 +9,8 @@ mod image;
 mod instance;
 mod markers;
 mod pipeline;
-mod resources;
 mod recorder;
+mod resources;
 mod scene_set;
 mod timers;
 mod transfer;
@@ -19,12 +19,15 @@ mod work;
 pub use buffer::Buffer;
 pub use device::{Gpu, GpuOptions};
 pub use executor::{Executor, FrameTicket, FrameTimes};
-pub use resources::MemoryUse;
 pub use features::{DeviceReport, OptionalFeatures};
 pub use image::Image;
 pub use instance::{Instance, list_gpus};
+pub use resources::MemoryUse;
 pub use scene_set::{MipChain, SceneData, SceneSet};
-pub use work::{ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, TransferOp, Viewport, Work};
+pub use work::{
+    ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, TransferOp,
+    Viewport, Work,
+};
 
 use crate::error::Error;
 use ash::vk;

@@ -84,8 +84,7 @@ pub(super) fn compute(
 ) -> Result<Pipeline> {
     let module = Module::new(gpu, shader)?;
     let entries = specialization_entries(constants.len());
-    let specialization =
-        vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(constants));
+    let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(constants));
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module.raw)
@@ -116,10 +115,7 @@ pub(super) fn graphics(
     let specialization =
         vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&draw.constants));
     let stage = |flags, module: &Module<'_>| {
-        vk::PipelineShaderStageCreateInfo::default()
-            .stage(flags)
-            .module(module.raw)
-            .name(c"main")
+        vk::PipelineShaderStageCreateInfo::default().stage(flags).module(module.raw).name(c"main")
     };
     let stages = [
         stage(vk::ShaderStageFlags::VERTEX, &vertex).specialization_info(&specialization),
@@ -146,8 +142,7 @@ fn create_graphics(
     let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
         .vertex_binding_descriptions(&bindings)
         .vertex_attribute_descriptions(&attributes);
-    let assembly =
-        vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
     let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
     let raster = vk::PipelineRasterizationStateCreateInfo::default()
         .polygon_mode(vk::PolygonMode::FILL)

@@ -152,9 +152,8 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
         })
         .collect();
     let depth = work.depth.map(|d| {
-        let clear = d.clear.map(|depth| vk::ClearValue {
-            depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 },
-        });
+        let clear =
+            d.clear.map(|depth| vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 } });
         let (layout, store) = if d.write {
             (vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL, vk::AttachmentStoreOp::STORE)
         } else {
@@ -164,8 +163,7 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
     });
     let [width, height] = work.extent_px;
     let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
-    let mut info =
-        vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
+    let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
     if let Some(depth) = &depth {
         info = info.depth_attachment(depth);
     }
@@ -183,19 +181,11 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
 
 fn set_viewport(executor: &Executor, commands: vk::CommandBuffer, draw: &RasterDraw) {
     let v = draw.viewport;
-    let viewport = vk::Viewport {
-        x: v.x_px,
-        y: v.y_px,
-        width: v.width_px,
-        height: v.height_px,
-        min_depth: 0.0,
-        max_depth: 1.0,
-    };
+    let viewport =
+        vk::Viewport { x: v.x_px, y: v.y_px, width: v.width_px, height: v.height_px, min_depth: 0.0, max_depth: 1.0 };
     let [x, y, width, height] = v.scissor_px;
-    let scissor = vk::Rect2D {
-        offset: vk::Offset2D { x: x as i32, y: y as i32 },
-        extent: vk::Extent2D { width, height },
-    };
+    let scissor =
+        vk::Rect2D { offset: vk::Offset2D { x: x as i32, y: y as i32 }, extent: vk::Extent2D { width, height } };
     // SAFETY: the pipeline has dynamic viewport and scissor.
     unsafe {
         executor.gpu.device.cmd_set_viewport(commands, 0, &[viewport]);

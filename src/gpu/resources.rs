@@ -59,7 +59,8 @@ impl Resources {
         let mut classes = Vec::new();
         let requirements: Vec<_> = (0..resources.list.len())
             .map(|index| {
-                let shared = graph.resources()[index].lifetime == Lifetime::Transient && plan.lifetimes[index].is_some();
+                let shared =
+                    graph.resources()[index].lifetime == Lifetime::Transient && plan.lifetimes[index].is_some();
                 shared.then(|| resources.requirement(index, &mut classes))
             })
             .collect();
@@ -89,9 +90,8 @@ impl Resources {
         match info {
             ResourceInfo::Buffer(buffer) => {
                 // Any buffer may be written or read back for tests and dumps.
-                let usage = graph.usage_of(index).0
-                    | vk::BufferUsageFlags::TRANSFER_SRC
-                    | vk::BufferUsageFlags::TRANSFER_DST;
+                let usage =
+                    graph.usage_of(index).0 | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
                 let create = vk::BufferCreateInfo::default().size(buffer.size_bytes).usage(usage);
                 self.check_range(name, buffer.size_bytes)?;
                 // SAFETY: valid create info; destroyed in `drop`.
@@ -150,12 +150,16 @@ impl Resources {
         Requirement { size_bytes: needs.size, alignment: needs.alignment, class: position as u32 }
     }
 
-    fn bind_shared(&mut self, aliases: &AliasPlan, requirements: &[Option<Requirement>], classes: &[Class]) -> Result<()> {
+    fn bind_shared(
+        &mut self,
+        aliases: &AliasPlan,
+        requirements: &[Option<Requirement>],
+        classes: &[Class],
+    ) -> Result<()> {
         for (class, size) in &aliases.class_sizes {
             let alignment = requirements.iter().flatten().filter(|r| r.class == *class).map(|r| r.alignment).max();
             let Class { is_image, memory_type_bits } = classes[*class as usize];
-            let needs =
-                vk::MemoryRequirements { size: *size, alignment: alignment.unwrap_or(256), memory_type_bits };
+            let needs = vk::MemoryRequirements { size: *size, alignment: alignment.unwrap_or(256), memory_type_bits };
             let slot = self.allocate("transient memory", needs, !is_image)?;
             for (index, placement) in aliases.placements.iter().enumerate() {
                 if let Some(placement) = placement.as_ref().filter(|p| p.class == *class) {

@@ -95,8 +95,7 @@ impl SceneSet {
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let vertices =
             storage_buffer(gpu, "scene vertices", data.vertices, storage | vk::BufferUsageFlags::VERTEX_BUFFER)?;
-        let indices =
-            storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
+        let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
         let buffers = [
             ("BVH nodes", data.nodes),
             ("BVH triangles", data.triangles),

@@ -41,12 +41,7 @@ impl Timers {
     fn write(&self, commands: vk::CommandBuffer, query: u32) {
         // SAFETY: recording outside a rendering scope; the query was reset in `begin`.
         unsafe {
-            self.gpu.device.cmd_write_timestamp2(
-                commands,
-                vk::PipelineStageFlags2::ALL_COMMANDS,
-                self.pool,
-                query,
-            );
+            self.gpu.device.cmd_write_timestamp2(commands, vk::PipelineStageFlags2::ALL_COMMANDS, self.pool, query);
         }
     }
 

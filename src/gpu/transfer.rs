@@ -48,9 +48,7 @@ pub(super) fn full_barrier(gpu: &Gpu, commands: vk::CommandBuffer) {
         .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
         .src_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
         .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS | vk::PipelineStageFlags2::HOST)
-        .dst_access_mask(
-            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE | vk::AccessFlags2::HOST_READ,
-        )];
+        .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE | vk::AccessFlags2::HOST_READ)];
     let info = vk::DependencyInfo::default().memory_barriers(&barrier);
     // SAFETY: recording outside a rendering scope.
     unsafe { gpu.device.cmd_pipeline_barrier2(commands, &info) };
@@ -96,11 +94,8 @@ pub(super) fn upload_raw(gpu: &Arc<Gpu>, target: vk::Buffer, bytes: &[u8]) -> Re
     let mut staging = Buffer::host(gpu, "staging", size as u64, vk::BufferUsageFlags::TRANSFER_SRC)?;
     for (index, chunk) in bytes.chunks(STAGING_BYTES).enumerate() {
         staging.mapped_mut()[..chunk.len()].copy_from_slice(chunk);
-        let region = [vk::BufferCopy {
-            src_offset: 0,
-            dst_offset: (index * STAGING_BYTES) as u64,
-            size: chunk.len() as u64,
-        }];
+        let region =
+            [vk::BufferCopy { src_offset: 0, dst_offset: (index * STAGING_BYTES) as u64, size: chunk.len() as u64 }];
         submit_once(gpu, |commands| {
             // SAFETY: both buffers are alive and large enough.
             unsafe { gpu.device.cmd_copy_buffer(commands, staging.raw, target, &region) };

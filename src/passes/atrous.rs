@@ -15,8 +15,7 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle, input: S
     for iteration in 0..ITERATIONS {
         let shadowed = frame.image(&format!("shadowed_{}", iteration + 1), FORMAT);
         let unshadowed = frame.image(&format!("unshadowed_{}", iteration + 1), FORMAT);
-        let work =
-            ComputeWork { push: vec![1 << iteration], ..shader("atrous/filter_shadows", frame.per_pixel()) };
+        let work = ComputeWork { push: vec![1 << iteration], ..shader("atrous/filter_shadows", frame.per_pixel()) };
         let pass = frame
             .compute(&format!("atrous/{}", iteration + 1), work)
             .bind(1, gbuffer.depth, Access::ComputeSampled)

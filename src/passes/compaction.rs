@@ -86,7 +86,14 @@ pub fn begin_grid(frame: &mut Frame) -> GridLights {
 }
 
 /// Adds the pass that marks levels `first..=last` from the lights S0.
-pub fn mark_lights(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights, first: u32, last: u32) {
+pub fn mark_lights(
+    frame: &mut Frame,
+    lights: &Lights,
+    placement: BufferHandle,
+    grid: &GridLights,
+    first: u32,
+    last: u32,
+) {
     let work = ComputeWork {
         push: vec![first, last],
         ..shader("compaction/mark_lights", threads(frame.shape.light_capacity()))
@@ -116,8 +123,7 @@ pub fn compact_levels(frame: &mut Frame, what: &str, grid: &GridLights, first: u
     let levels = frame.shape.levels;
     let (first_word, end_word) = (levels.first_word(first), levels.end_word(last));
     let word_count = end_word - first_word;
-    let range =
-        ScanRange { bits: grid.occupancy, ranks: grid.ranks, first_word, word_count, keep_ranks: true };
+    let range = ScanRange { bits: grid.occupancy, ranks: grid.ranks, first_word, word_count, keep_ranks: true };
     exclusive_scan::add(frame, what, range);
     let count = ComputeWork {
         push: vec![first, last, frame.shape.grid_capacity],
@@ -129,8 +135,7 @@ pub fn compact_levels(frame: &mut Frame, what: &str, grid: &GridLights, first: u
         .bind(2, grid.level_table, Access::ComputeReadWrite)
         .bind(3, grid.dispatches, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    let list =
-        ComputeWork { push: vec![first, last], ..shader("compaction/list_vertices", threads(word_count)) };
+    let list = ComputeWork { push: vec![first, last], ..shader("compaction/list_vertices", threads(word_count)) };
     let pass = frame
         .compute(&format!("compaction/list_vertices/{what}"), list)
         .bind(1, grid.occupancy, Access::ComputeRead)

@@ -29,8 +29,7 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
         frame.graph.add_pass(pass);
     }
     for level in 1..=last {
-        let work =
-            ComputeWork { push: vec![level], ..shader("grid_scatter/resolve_moments", over_level(grid, level)) };
+        let work = ComputeWork { push: vec![level], ..shader("grid_scatter/resolve_moments", over_level(grid, level)) };
         let pass = frame
             .compute(&format!("grid_scatter/resolve_S{level}"), work)
             .bind(1, moments, Access::ComputeRead)

@@ -20,12 +20,10 @@ pub fn count(
     settings: &Settings,
     renderer: &Renderer,
 ) -> Result<Counts> {
-    let words = |buffer| -> Result<Vec<u32>> {
-        Ok(bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(buffer)?))
-    };
+    let words =
+        |buffer| -> Result<Vec<u32>> { Ok(bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(buffer)?)) };
     let rays = words(renderer.outputs().ray_count)?;
-    let mut counts =
-        Counts { vpl_rays: rays[0].into(), shadow_rays: rays[1].into(), ..Counts::default() };
+    let mut counts = Counts { vpl_rays: rays[0].into(), shadow_rays: rays[1].into(), ..Counts::default() };
     let Some(hierarchy) = &renderer.outputs().hierarchy else { return Ok(counts) };
     let lights = words(hierarchy.lights.counts)?;
     let levels = words(hierarchy.grid.level_table)?;

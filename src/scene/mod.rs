@@ -2,7 +2,6 @@
 //!
 //! Everything is in world space (metres, y up), node transforms already applied.
 
-pub mod upload;
 pub mod albedo_array;
 pub mod bvh;
 pub mod gltf;
@@ -14,6 +13,7 @@ mod gltf_nodes;
 pub mod octahedral;
 mod parallel;
 pub mod testing;
+pub mod upload;
 
 use glam::Vec3;
 

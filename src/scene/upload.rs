@@ -66,8 +66,7 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
 
 /// Mips of every texture; a texture used as normal map is linear.
 fn textures(scene: &Scene) -> Vec<(bool, Vec<(u32, u32, Vec<u8>)>)> {
-    let is_normal =
-        |index: usize| scene.materials.iter().any(|m| m.normal_texture == u32::try_from(index).ok());
+    let is_normal = |index: usize| scene.materials.iter().any(|m| m.normal_texture == u32::try_from(index).ok());
     let jobs: Vec<(&Texture, bool)> =
         scene.textures.iter().enumerate().map(|(index, texture)| (texture, !is_normal(index))).collect();
     let mips = mip_chains(&jobs);

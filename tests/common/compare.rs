@@ -25,7 +25,7 @@ pub fn exact<T: PartialEq + Debug>(what: &str, gpu: &[T], twin: &[T]) -> Verdict
 ///
 /// The sums are the same fixed-point numbers, or float sums in the same order; but a device may fuse a multiply
 /// with an add and may be 2.5 ulp off in a division, and 1e-5 is some eighty such steps. Fixed-point terms resolve
-/// 2^-32 of the largest flux where they are negative, so what is divided by the luminance may err by that much.
+/// 2^-40 of the largest flux, so what is divided by the luminance may err by that much.
 /// Positions also round in world space. Lengths are in cells of the light's level.
 pub fn grid_lights(gpu: &[GridLight], twin: &[GridLight], grid: &Grid, first: usize) -> Verdict {
     if gpu.len() != twin.len() {
@@ -49,7 +49,7 @@ fn different_field(a: &GridLight, b: &GridLight, grid: &Grid) -> Option<&'static
         return Some("vertex or level");
     }
     let h = grid.cell_size(b.level);
-    let unit = grid.placement.flux_scale * 2.0_f32.powi(-32);
+    let unit = grid.placement.flux_scale * 2.0_f32.powi(-40);
     let mean = 1e-5 + unit / b.luminance;
     let far = |a: [f32; 3], b: [f32; 3], relative: f32, absolute: f32| {
         (0..3).any(|i| !within(a[i] - b[i], relative * b[i].abs() + absolute))

@@ -11,7 +11,7 @@ use gridlight::gpu::{Executor, Gpu};
 use gridlight::graph::BufferHandle;
 use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
-use gridlight::settings::{Build, Filter, Reservoir};
+use gridlight::settings::{Build, Filter, Reservoir, ShadowPoints};
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
 
 /// A compiled hierarchy for up to so many lights.
@@ -140,6 +140,8 @@ pub fn shape(options: Options) -> FrameShape {
         vpl_capacity: options.light_capacity,
         scene_light_count: 0,
         grid_capacity: options.grid_capacity.unwrap_or(all),
+        upper_capacity: 1,
+        shadow_points: ShadowPoints::Deviation,
         shadow_samples: 0,
         reservoir: Reservoir::Lock,
         build: options.build,

@@ -53,7 +53,8 @@ void main() {
     uint rays = 0u;
     if (depth > 0.0 && total > 0.0) {
         vec3 geometric = unpack_octahedral(texelFetch(normals_image, ivec2(pixel), 0).y);
-        vec3 origin = position_from_depth(pixel, depth) + geometric * ray_offset();
+        vec3 position = position_from_depth(pixel, depth);
+        vec3 origin = position + geometric * surface_offset(position);
         uint index = reservoir_index(interleaved);
         uint state = hash(index, frame_seed() ^ 0x5bd1e995u);
         for (uint i = 0u; i < shadow_sample_count(); ++i) {

@@ -109,7 +109,7 @@ impl Renderer {
         }
         let (graph, outputs) = frame::build(settings.technique, shape.clone());
         let executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
-        let data = frame_data(scene, camera, settings, &shape);
+        let data = frame_data(gpu, scene, camera, settings, &shape);
         Ok(Self { executor, outputs, data, shape, technique: settings.technique })
     }
 
@@ -310,7 +310,7 @@ fn trace_lights(
 ) -> Result<Vec<[f32; 3]>> {
     let (graph, lights) = frame::build_lights(shape.clone());
     let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
-    let data = frame_data(scene, camera, settings, shape);
+    let data = frame_data(gpu, scene, camera, settings, shape);
     let ticket = executor.submit(bytemuck::bytes_of(&data))?;
     executor.wait(ticket)?;
     let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&executor.read_buffer(lights.counts)?);
@@ -319,9 +319,11 @@ fn trace_lights(
 }
 
 /// The frame's constants.
-fn frame_data(scene: &UploadedScene, camera: &Camera, settings: &Settings, shape: &FrameShape) -> FrameData {
+fn frame_data(gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Settings, shape: &FrameShape) -> FrameData {
     let view = View::new(camera, shape.width_px, shape.height_px);
     let radius = scene.bounds.radius();
+    // A rasteriser moves corners to the nearest of 2^bits positions per pixel; this is that step at distance 1.
+    let snap = view.up_ws.length() * 2.0 / shape.height_px as f32 / (1_u32 << gpu.report().limits.subpixel_bits) as f32;
     let [sub_width, sub_height] = shape.sub_image_px();
     let direct_lights = scene.direct_lights(settings);
     let exposure = match settings.exposure {
@@ -332,7 +334,7 @@ fn frame_data(scene: &UploadedScene, camera: &Camera, settings: &Settings, shape
         clip_from_world: view.clip_from_world.to_cols_array_2d(),
         eye_near: view.eye_ws.extend(view.near).to_array(),
         forward: view.forward_ws.extend(0.0).to_array(),
-        right: view.right_ws.extend(0.0).to_array(),
+        right: view.right_ws.extend(snap).to_array(),
         up: view.up_ws.extend(0.0).to_array(),
         scene_sphere: scene.bounds.center().extend(radius).to_array(),
         size: [shape.width_px, shape.height_px, sub_width, sub_height],

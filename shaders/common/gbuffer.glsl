@@ -6,3 +6,9 @@ vec3 position_from_depth(uvec2 pixel, float depth) {
     vec3 ray = frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz;
     return frame.eye_near.xyz + ray * (frame.eye_near.w / depth);
 }
+
+// Rays from a rasterised surface start this far off it: its depth is that of triangles whose corners were moved
+// to subpixel positions (SwiftShader has 16 per pixel and axis, which shows as false shadow).
+float surface_offset(vec3 position_ws) {
+    return ray_offset() + frame.right.w * dot(position_ws - frame.eye_near.xyz, frame.forward.xyz);
+}

@@ -44,7 +44,7 @@ void main() {
         vec3 position = position_from_depth(pixel, depth);
         uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
         vec3 shading = unpack_octahedral(normals.x);
-        vec3 origin = position + unpack_octahedral(normals.y) * ray_offset();
+        vec3 origin = position + unpack_octahedral(normals.y) * surface_offset(position);
         vec3 irradiance = vec3(0.0);
         for (uint i = 0u; i < frame.lights.y; ++i) {
             vec3 to_light;

@@ -156,7 +156,8 @@ void main() {
         Receiver receiver;
         receiver.position_ws = position_from_depth(pixel, depth);
         receiver.normal = unpack_octahedral(normals.x);
-        receiver.origin = receiver.position_ws + unpack_octahedral(normals.y) * ray_offset();
+        receiver.origin =
+            receiver.position_ws + unpack_octahedral(normals.y) * surface_offset(receiver.position_ws);
         uint index = reservoir_index(interleaved);
         uint random_state = hash(index, frame_seed() ^ 0x5bd1e995u);
         float share = total / float(shadow_sample_count());

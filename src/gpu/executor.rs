@@ -23,6 +23,10 @@ use crate::graph::{Access, BufferHandle, Graph, Handle, ImageHandle, Pass, Plan,
 /// Frames that may be on the GPU at once.
 const FRAMES_IN_FLIGHT: usize = 2;
 
+/// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
+/// `tools/bench honesty` compares the timestamps with.
+const SPLIT_SUBMITS: &str = "GRIDLIGHT_SPLIT_SUBMITS";
+
 /// A pass ready to record.
 pub(super) struct CompiledPass {
     pub pipelines: Vec<Pipeline>,
@@ -53,6 +57,8 @@ struct Slot {
     markers: Markers,
     /// Timeline value that its last frame signals.
     busy_until: u64,
+    /// Wall clock of each pass of the last frame, when passes are submitted one by one.
+    split_ms: Vec<f64>,
 }
 
 /// A compiled frame graph.
@@ -66,6 +72,7 @@ pub struct Executor {
     command_pool: vk::CommandPool,
     timeline: vk::Semaphore,
     submitted: u64,
+    split_submits: bool,
     pub(super) gpu: Arc<Gpu>,
 }
 
@@ -92,6 +99,7 @@ impl Executor {
             command_pool,
             timeline: vk::Semaphore::null(),
             submitted: 0,
+            split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
         };
         executor.timeline = create_timeline(gpu)?;
@@ -131,6 +139,9 @@ impl Executor {
         let value = self.submitted + 1;
         self.wait_value(self.slots[slot].busy_until)?;
         let submitted = Instant::now();
+        if self.split_submits {
+            self.slots[slot].split_ms = self.run_split(slot, value as u32, frame_data)?;
+        }
         self.record(slot, value as u32, frame_data)?;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.slots[slot].commands)];
         let signal = [vk::SemaphoreSubmitInfo::default()
@@ -154,8 +165,9 @@ impl Executor {
     pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
         self.wait_value(ticket.value)?;
         let cpu_ms = ticket.submitted.elapsed().as_secs_f64() * 1e3;
-        let slot = (ticket.value - 1) as usize % self.slots.len();
-        Ok(FrameTimes { pass_ms: self.slots[slot].timers.read_ms()?, cpu_ms })
+        let slot = &self.slots[(ticket.value - 1) as usize % self.slots.len()];
+        let pass_ms = if self.split_submits { slot.split_ms.clone() } else { slot.timers.read_ms()? };
+        Ok(FrameTimes { pass_ms, cpu_ms })
     }
 
     /// Writes the start of a persistent buffer outside frames; waits.
@@ -210,20 +222,48 @@ impl Executor {
         self.slots[slot].markers.explain(result, &names, value as u32)
     }
 
+    /// Records the frame into the slot's command buffer; nothing but its end when the passes have run one by one.
     fn record(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<()> {
         let slot = &self.slots[slot];
-        let commands = slot.commands;
-        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the slot's last frame has completed; the pool allows resetting.
-        check("vkBeginCommandBuffer", unsafe { self.gpu.device.begin_command_buffer(commands, &begin) })?;
-        slot.timers.begin(commands);
-        for index in 0..self.passes.len() {
-            slot.markers.reach(commands, index, stamp);
-            recorder::record_pass(self, commands, index, frame_data);
-            slot.timers.after_pass(commands, index);
+        self.begin_commands(slot.commands)?;
+        if !self.split_submits {
+            slot.timers.begin(slot.commands);
+            for index in 0..self.passes.len() {
+                slot.markers.reach(slot.commands, index, stamp);
+                recorder::record_pass(self, slot.commands, index, frame_data);
+                slot.timers.after_pass(slot.commands, index);
+            }
         }
         // SAFETY: recording is complete.
-        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(commands) })
+        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
+    }
+
+    fn begin_commands(&self, commands: vk::CommandBuffer) -> Result<()> {
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: what was last recorded has completed; the pool allows resetting.
+        check("vkBeginCommandBuffer", unsafe { self.gpu.device.begin_command_buffer(commands, &begin) })
+    }
+
+    /// Submits and waits for one pass after the other; the milliseconds of each from submission to completion.
+    fn run_split(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<Vec<f64>> {
+        let device = &self.gpu.device;
+        let commands = self.slots[slot].commands;
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
+        let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
+        let run = |index| {
+            self.begin_commands(commands)?;
+            self.slots[slot].markers.reach(commands, index, stamp);
+            recorder::record_pass(self, commands, index, frame_data);
+            // SAFETY: recording is complete; the queue is used from this thread only, and is idle afterwards.
+            unsafe {
+                check("vkEndCommandBuffer", device.end_command_buffer(commands))?;
+                let start = Instant::now();
+                check("vkQueueSubmit2", device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()))?;
+                check("vkQueueWaitIdle", device.queue_wait_idle(self.gpu.queue))?;
+                Ok(start.elapsed().as_secs_f64() * 1e3)
+            }
+        };
+        (0..self.passes.len()).map(run).collect()
     }
 
     fn create_slots(&mut self) -> Result<()> {
@@ -236,7 +276,7 @@ impl Executor {
         for commands in commands {
             let timers = Timers::new(&self.gpu, pass_count)?;
             let markers = Markers::new(&self.gpu, pass_count)?;
-            self.slots.push(Slot { commands, timers, markers, busy_until: 0 });
+            self.slots.push(Slot { commands, timers, markers, busy_until: 0, split_ms: Vec::new() });
         }
         Ok(())
     }

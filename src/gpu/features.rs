@@ -53,6 +53,8 @@ pub struct Limits {
     pub dispatch_groups: u32,
     /// Nanoseconds per timestamp tick.
     pub timestamp_period_ns: f32,
+    /// Bits of a vertex position within a pixel.
+    pub subpixel_bits: u32,
     /// Invocations in a subgroup.
     pub subgroup_size: u32,
 }
@@ -125,6 +127,7 @@ fn limits(l: &vk::PhysicalDeviceLimits, subgroup_size: u32) -> Limits {
         array_layers: l.max_image_array_layers,
         dispatch_groups: l.max_compute_work_group_count[0].min(l.max_compute_work_group_count[1]),
         timestamp_period_ns: l.timestamp_period,
+        subpixel_bits: l.sub_pixel_precision_bits.min(16),
         subgroup_size,
     }
 }

@@ -18,7 +18,7 @@ pub struct FrameData {
     pub eye_near: [f32; 4],
     /// Viewing direction.
     pub forward: [f32; 4],
-    /// Right vector times tan(half horizontal field of view).
+    /// Right vector times tan(half horizontal field of view); the rasteriser's vertex step at distance 1.
     pub right: [f32; 4],
     /// Up vector times tan(half vertical field of view).
     pub up: [f32; 4],

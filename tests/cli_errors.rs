@@ -158,7 +158,7 @@ fn scenes_that_hardly_reflect_or_are_hardly_hit_still_render() {
     assert!(place.renders("black.glb", black).iter().all(|v| *v == 0.0));
     let far = quad_glb(|document, _| {
         document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 1e6}]}});
-        let light = json!({"translation": [0, 0, 150], "extensions": {"KHR_lights_punctual": {"light": 0}}});
+        let light = json!({"translation": [0, 150, 0], "extensions": {"KHR_lights_punctual": {"light": 0}}});
         document["nodes"].as_array_mut().unwrap().push(light);
         document["scenes"][0]["nodes"] = json!([0, 1]);
     });

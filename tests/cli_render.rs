@@ -220,7 +220,7 @@ fn floor_with_lights(folder: &Path, per_side: u32) -> PathBuf {
         let nodes = document["nodes"].as_array_mut().unwrap();
         for i in 0..per_side * per_side {
             let (x, y) = (i % per_side, i / per_side);
-            let at = [place(x), place(y), 0.2 + 0.01 * f64::from(i % 37)];
+            let at = [place(x), 0.2 + 0.01 * f64::from(i % 37), place(y)];
             nodes.push(json!({"translation": at, "extensions": {"KHR_lights_punctual": {"light": (x + y) % 4}}}));
         }
         let all: Vec<u32> = (0..=per_side * per_side).collect();

@@ -55,9 +55,9 @@ pub fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A glTF document of a quad in its first 60 bytes of data, facing +z, four metres wide.
+/// A glTF document of a quad in its first 60 bytes of data, a floor facing up, four metres wide.
 pub fn quad() -> (Value, Vec<u8>) {
-    let corners = [[-2.0, -2.0, 0.0], [2.0, -2.0, 0.0], [2.0, 2.0, 0.0], [-2.0, 2.0, 0.0]];
+    let corners = [[-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0], [-2.0, 0.0, -2.0]];
     let mut bin: Vec<u8> = corners.iter().flatten().flat_map(|v: &f32| v.to_le_bytes()).collect();
     bin.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));
     let document = json!({
@@ -68,7 +68,7 @@ pub fn quad() -> (Value, Vec<u8>) {
         "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
         "accessors": [
             {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
-                "min": [-2.0, -2.0, 0.0], "max": [2.0, 2.0, 0.0]},
+                "min": [-2.0, 0.0, -2.0], "max": [2.0, 0.0, 2.0]},
             {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
     });
     (document, bin)

@@ -14,8 +14,8 @@ use support::succeed;
 ///
 /// Drivers differ in texture filtering and in coverage at edges, and the shadow samples are noise that changes with
 /// every change in the order of random numbers; another seed stands for that below and must pass. Pictures shifted
-/// by 8 pixels, darkened by a fifth or upside down must not.
-const TOLERANCE: f64 = 0.1;
+/// by 8 pixels, darkened by a fifth or upside down must not. The other seed differs by 0.11, the mildest fault by 0.20.
+const TOLERANCE: f64 = 0.15;
 /// A golden is small enough to live in the repository.
 const MOST_BYTES: u64 = 40 << 10;
 

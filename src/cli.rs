@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::error::ErrorKind;
 use clap::{ArgAction, Parser};
 
-use crate::settings::{Build, Exposure, Filter, Levels, LightSet, Reservoir, Settings, Size, Technique};
+use crate::settings::{Build, Exposure, Filter, Levels, LightSet, Reservoir, Settings, ShadowPoints, Size, Technique};
 use crate::{Error, Result};
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
@@ -142,6 +142,11 @@ struct ShadowArgs {
     /// First level whose lights get shadow rays, 0 to 10 [default: 2]
     #[arg(long, value_name = "L")]
     shadow_from: Option<u32>,
+
+    /// Where a shadow ray ends: on a finer light that the chosen one is made of, or jittered about the chosen
+    /// one by its deviation as in the paper [default: descent]
+    #[arg(long, value_enum, hide_possible_values = true, value_name = "descent|deviation")]
+    shadow_points: Option<ShadowPoints>,
     /// Reservoir update [default: exact where the device has 64-bit atomics, else lock]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "race|lock|exact")]
     reservoir: Option<Reservoir>,
@@ -285,6 +290,7 @@ impl ShadowArgs {
     fn apply(self, settings: &mut Settings) {
         set(&mut settings.shadow_samples, self.shadow_samples);
         set(&mut settings.shadow_from, self.shadow_from);
+        set(&mut settings.shadow_points, self.shadow_points);
         settings.reservoir = self.reservoir.or(settings.reservoir);
         set(&mut settings.filter, self.filter);
     }

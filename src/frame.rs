@@ -8,10 +8,10 @@ use crate::passes::gbuffer::GBuffer;
 use crate::passes::merge::MergedLights;
 use crate::passes::tone_map::ToneMapped;
 use crate::passes::{
-    Frame, FrameShape, atrous, bounds, compaction, compose, direct_light, gbuffer, grid_gather, grid_scatter,
+    Frame, FrameShape, atrous, bounds, compaction, compose, descent, direct_light, gbuffer, grid_gather, grid_scatter,
     interleave, light_volumes, merge, shadow_rays, tone_map, vpl_trace,
 };
-use crate::settings::{Build, Filter, Technique};
+use crate::settings::{Build, Filter, ShadowPoints, Technique};
 
 /// What can be read after a frame.
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +91,12 @@ fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, H
     let lighting = light_volumes::add(frame, gbuffer, depth, placement, &merged);
     let composited = interleave::composite(frame, gbuffer, lighting.image);
     let shadows = lighting.reservoirs.map(|reservoirs| {
-        let estimates = shadow_rays::add(frame, gbuffer, &merged, &lighting, reservoirs);
+        let descent = match frame.shape.shadow_points {
+            ShadowPoints::Descent => Some(descent::add(frame, &lights, placement, &grid)),
+            ShadowPoints::Deviation => None,
+        };
+        let inputs = shadow_rays::Inputs { merged, lighting, reservoirs, lights, grid, descent };
+        let estimates = shadow_rays::add(frame, gbuffer, &inputs);
         match frame.shape.filter {
             Filter::Atrous => atrous::add(frame, gbuffer, composited, estimates),
             Filter::None => estimates,

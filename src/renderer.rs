@@ -61,11 +61,16 @@ impl UploadedScene {
         Ok(Self { set, bounds: scene.bounds, first_point_light, light_count: lights.len() as u32 })
     }
 
+    /// Lights that the direct pass shades: all that are not in the hierarchy.
+    fn direct_lights(&self, settings: &Settings) -> u32 {
+        self.light_count - self.hierarchy_lights(settings)
+    }
+
     /// Point lights of the scene that take part in the hierarchy.
     fn hierarchy_lights(&self, settings: &Settings) -> u32 {
-        match settings.lights {
-            LightSet::Vpl => 0,
-            LightSet::Scene | LightSet::Both => self.light_count - self.first_point_light,
+        match (settings.technique, settings.lights) {
+            (Technique::Direct, _) | (_, LightSet::Vpl) => 0,
+            (_, LightSet::Scene | LightSet::Both) => self.light_count - self.first_point_light,
         }
     }
 }
@@ -99,6 +104,7 @@ impl Renderer {
         settings: &Settings,
         count_overdraw: bool,
     ) -> Result<Self> {
+        check_lights(scene, settings)?;
         let mut shape = base_shape(gpu, scene, settings)?;
         shape.count_overdraw = count_overdraw;
         if settings.technique == Technique::Lgh {
@@ -181,6 +187,25 @@ impl Renderer {
     }
 }
 
+/// More direct lights than this make the direct pass slow enough to say so.
+const MANY_DIRECT_LIGHTS: u32 = 64;
+
+fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result<()> {
+    let point_lights = scene.light_count - scene.first_point_light;
+    if settings.technique == Technique::Lgh && settings.lights == LightSet::Scene && point_lights == 0 {
+        return Err(Error::Usage(
+            "--lights scene needs point lights, and the scene has none; use --lights vpl".to_owned(),
+        ));
+    }
+    if scene.direct_lights(settings) > MANY_DIRECT_LIGHTS {
+        log::warn!(
+            "{} lights are shaded one by one at every pixel; --lights both puts point lights into the hierarchy",
+            scene.direct_lights(settings)
+        );
+    }
+    Ok(())
+}
+
 /// The shape before calibration: sizes and modes; no paths, the fewest levels.
 fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<FrameShape> {
     let features = gpu.features();
@@ -210,6 +235,8 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         vpl_capacity: 0,
         scene_light_count: scene.hierarchy_lights(settings),
         grid_capacity: 1,
+        upper_capacity: 1,
+        shadow_points: settings.shadow_points,
         shadow_samples: settings.shadow_samples,
         reservoir,
         build: settings.build,
@@ -291,6 +318,7 @@ fn calibrate(
     let upper: u32 = (2..=top).map(|l| choose_levels(&positions, Some(top - l + 1)).s1_count).sum();
     shape.levels = levels;
     shape.grid_capacity = (f64::from(s1_count + upper) * CAPACITY_MARGIN) as u32 + 1024;
+    shape.upper_capacity = (f64::from(upper) * CAPACITY_MARGIN) as u32 + 1024;
     log::info!("{} lights, {} levels, {s1_count} lights in S1", positions.len(), top);
     Ok(())
 }
@@ -335,8 +363,7 @@ fn frame_data(scene: &UploadedScene, camera: &Camera, settings: &Settings, shape
     let view = View::new(camera, shape.width_px, shape.height_px);
     let radius = scene.bounds.radius();
     let [sub_width, sub_height] = shape.sub_image_px();
-    let direct_lights =
-        if shape.scene_light_count > 0 { scene.first_point_light } else { scene.light_count };
+    let direct_lights = scene.direct_lights(settings);
     let exposure = match settings.exposure {
         Exposure::Auto => 0.0,
         Exposure::Fixed(factor) => factor,

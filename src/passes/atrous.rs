@@ -7,7 +7,7 @@ use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
 
 /// Iterations; the step doubles each time.
-const ITERATIONS: u32 = 5;
+const ITERATIONS: u32 = 3;
 
 /// Adds the passes; `lighting` is the analytic lighting in the picture's layout.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle, input: ShadowEstimates) -> ShadowEstimates {

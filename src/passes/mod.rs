@@ -6,6 +6,7 @@ pub mod atrous;
 pub mod bounds;
 pub mod compaction;
 pub mod compose;
+pub mod descent;
 pub mod direct_light;
 pub mod exclusive_scan;
 pub mod gbuffer;
@@ -23,7 +24,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, Reservoir};
+use crate::settings::{Build, Filter, Reservoir, ShadowPoints};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -49,6 +50,10 @@ pub struct FrameShape {
     pub scene_light_count: u32,
     /// Grid lights that fit, all levels together.
     pub grid_capacity: u32,
+    /// Grid lights above S1 that fit.
+    pub upper_capacity: u32,
+    /// Where shadow rays end.
+    pub shadow_points: ShadowPoints,
     /// Reservoirs per pixel; 0 is no shadows.
     pub shadow_samples: u32,
     /// How reservoirs are updated.

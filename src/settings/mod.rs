@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
-pub use values::{Build, Exposure, Filter, Levels, LightSet, Reservoir, Size, Technique};
+pub use values::{Build, Exposure, Filter, Levels, LightSet, Reservoir, ShadowPoints, Size, Technique};
 
 /// Everything that decides what is rendered and where it goes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,6 +50,8 @@ pub struct Settings {
     pub shadow_samples: u32,
     /// First level whose lights may be chosen for shadow rays.
     pub shadow_from: u32,
+    /// Where on a chosen light the shadow ray ends.
+    pub shadow_points: ShadowPoints,
     /// How reservoirs are updated; `None` is `exact` where the device has 64-bit atomics, else `lock`.
     pub reservoir: Option<Reservoir>,
     /// How the levels above the first are built.
@@ -94,6 +96,7 @@ impl Default for Settings {
             interleave: 1,
             shadow_samples: 4,
             shadow_from: 2,
+            shadow_points: ShadowPoints::Descent,
             reservoir: None,
             build: Build::Gather,
             filter: Filter::Atrous,
@@ -200,6 +203,7 @@ mod tests {
             interleave: 4,
             shadow_samples: 16,
             shadow_from: 3,
+            shadow_points: ShadowPoints::Deviation,
             reservoir: Some(Reservoir::Lock),
             build: Build::Scatter,
             filter: Filter::None,

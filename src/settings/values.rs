@@ -50,6 +50,16 @@ pub enum Build {
     Scatter,
 }
 
+/// Where on a chosen light the shadow ray ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShadowPoints {
+    /// On one of the S1 lights that the chosen light is made of, picked by luminance.
+    Descent,
+    /// Jittered about the chosen light's centre by its deviation, as in the paper.
+    Deviation,
+}
+
 /// The filter of the shadow estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

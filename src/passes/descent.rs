@@ -1,0 +1,70 @@
+//! `descent`: what every grid light above S1 is made of, so that a shadow ray towards a coarse light can end on
+//! one of the surfaces that it stands for.
+//!
+//! The paper jitters the ray's end about the light's centre by its deviation. A coarse light covers several
+//! walls, and most points of its box lie inside or behind them: those rays are blocked, which darkens the
+//! indirect light (`docs/accuracy.md` has the numbers). Descending to a light of S0, at every level with a
+//! probability proportional to luminance, keeps the distribution and stays on the surfaces.
+
+use super::compaction::{GridLights, Lights};
+use super::{Frame, shader, threads};
+use crate::gpu::{ComputeWork, Dispatch};
+use crate::graph::{Access, BufferHandle};
+
+/// Bytes of one table (`descent/tables.glsl`).
+const TABLE_BYTES: u64 = 4 * (2 * 27 + 2);
+
+/// Representatives of each S1 light (`descent/representatives.glsl`).
+const REPRESENTATIVES: u64 = 4;
+
+/// The way from a coarse light to the lights it is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Descent {
+    /// For every grid light above S1 its parts one level below.
+    pub tables: BufferHandle,
+    /// For every S1 light some lights of S0.
+    pub representatives: BufferHandle,
+    /// Low bits of a representative that hold its index.
+    pub index_bits: u32,
+}
+
+/// Adds the passes.
+pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights) -> Descent {
+    let tables = build_tables(frame, grid);
+    let index_bits = frame.shape.light_capacity().next_power_of_two().trailing_zeros().max(1);
+    let size = 4 * REPRESENTATIVES * u64::from(frame.shape.grid_capacity);
+    let representatives = frame.graph.transient_buffer("representatives", size);
+    frame.clear("descent/clear", &[(representatives, u32::MAX)]);
+    let work = ComputeWork {
+        push: vec![index_bits],
+        ..shader("descent/draw_representatives", threads(frame.shape.light_capacity()))
+    };
+    let pass = frame
+        .compute("descent/draw_representatives", work)
+        .bind(1, lights.positions, Access::ComputeRead)
+        .bind(2, lights.fluxes, Access::ComputeRead)
+        .bind(3, placement, Access::ComputeRead)
+        .bind(4, grid.occupancy, Access::ComputeRead)
+        .bind(5, grid.ranks, Access::ComputeRead)
+        .bind(6, grid.level_table, Access::ComputeRead)
+        .bind(7, representatives, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
+    Descent { tables, representatives, index_bits }
+}
+
+fn build_tables(frame: &mut Frame, grid: &GridLights) -> BufferHandle {
+    let tables = frame
+        .graph
+        .transient_buffer("descent_tables", TABLE_BYTES * u64::from(frame.shape.upper_capacity.max(1)));
+    let dispatch = Dispatch::Indirect { buffer: grid.dispatches, offset_bytes: 0 };
+    let pass = frame
+        .compute("descent/build_tables", shader("descent/build_tables", dispatch))
+        .bind(1, grid.lights, Access::ComputeRead)
+        .bind(2, grid.occupancy, Access::ComputeRead)
+        .bind(3, grid.ranks, Access::ComputeRead)
+        .bind(4, grid.level_table, Access::ComputeRead)
+        .bind(5, tables, Access::ComputeWrite)
+        .uses(grid.dispatches, Access::IndirectRead);
+    frame.graph.add_pass(pass);
+    tables
+}

@@ -107,7 +107,7 @@ struct MethodArgs {
     /// Virtual point lights, about this many, 1 or more [default: 100000]
     #[arg(long, value_name = "N")]
     vpls: Option<u32>,
-    /// Diffuse bounces of a light path, at most this many, 1 or more [default: 3]
+    /// Diffuse bounces of a light path, at most this many, 1 to 64 [default: 3]
     #[arg(long, value_name = "N")]
     bounces: Option<u32>,
     /// Top level of the hierarchy, 2 to 10, or `auto` [default: auto]

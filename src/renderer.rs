@@ -11,6 +11,7 @@ use crate::frame::{self, FrameOutputs};
 use crate::gpu::{Executor, FrameTicket, FrameTimes, Gpu, SceneData, SceneSet};
 use crate::light_grid::Levels;
 use crate::passes::FrameShape;
+use crate::passes::light_volumes::reservoir_bytes;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
 use crate::settings::{self, Exposure, LightSet, Reservoir, Settings, Technique};
@@ -20,6 +21,8 @@ use crate::shared::FrameData;
 const RAY_OFFSET: f32 = 1e-4;
 /// Paths of the pilot run that measures how many VPLs a path leaves.
 const PILOT_PATHS: u32 = 16_384;
+/// Below this the scene is hardly hit, and the paths are what is limited.
+const FEW_VPLS_PER_PATH: f64 = 1.0 / 16.0;
 /// Room for other seeds than the one the capacities were measured with.
 const CAPACITY_MARGIN: f64 = 1.25;
 
@@ -243,7 +246,37 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
     if width > limit || height > limit {
         return Err(Error::Usage(format!("--size {width}x{height} is beyond this device's limit of {limit}x{limit}")));
     }
+    if settings.technique == Technique::Lgh {
+        check_reservoirs(gpu, &shape)?;
+    }
     Ok(shape)
+}
+
+/// The reservoirs, the largest buffer of the picture's size, must fit the device.
+fn check_reservoirs(gpu: &Gpu, shape: &FrameShape) -> Result<()> {
+    let limit = gpu.report().limits.storage_range_bytes;
+    let [width, height] = shape.interleaved_px();
+    let pixels = u64::from(width) * u64::from(height);
+    // Without reservoirs a word for each pixel remains: counts and discontinuities.
+    let bytes = |samples: u32| match samples {
+        0 => 4 * pixels,
+        _ => reservoir_bytes(shape.reservoir, samples) * pixels,
+    };
+    if bytes(shape.shadow_samples) <= limit {
+        return Ok(());
+    }
+    let most = (0..shape.shadow_samples).rev().find(|samples| bytes(*samples) <= limit);
+    let advice = most.map_or_else(
+        || format!("{} pixels would fit", limit / 4),
+        |samples| format!("--shadow-samples {samples} would fit"),
+    );
+    Err(Error::Usage(format!(
+        "--size {width}x{height} with --shadow-samples {} needs a buffer of {} MiB, but this device's storage \
+         buffers end at {} MiB; {advice}",
+        shape.shadow_samples,
+        bytes(shape.shadow_samples).div_ceil(1 << 20),
+        limit >> 20
+    )))
 }
 
 /// Finds path count, VPL count, levels and capacities by tracing the paths once before the first frame.
@@ -260,9 +293,13 @@ fn calibrate(
         let pilot = trace_lights(gpu, scene, camera, settings, shape)?.len() as u32 - shape.scene_light_count;
         let vpls_per_path = f64::from(pilot.max(1)) / f64::from(shape.path_count);
         let paths = (f64::from(settings.vpls) / vpls_per_path).ceil();
-        check_vpls(gpu, settings, f64::from(settings.bounces) / vpls_per_path)?;
-        // So few hits that the paths would not end: take what comes.
-        shape.path_count = if pilot == 0 { 1 } else { paths.min(f64::from(settings.vpls) * 64.0) as u32 };
+        // Where few paths hit anything, as many paths as fit must do.
+        if vpls_per_path >= FEW_VPLS_PER_PATH {
+            check_vpls(gpu, settings, f64::from(settings.bounces) / vpls_per_path)?;
+        }
+        let slots_that_fit = gpu.report().limits.storage_range_bytes as f64 / 16.0;
+        let most_paths = (slots_that_fit / f64::from(settings.bounces)).min(f64::from(settings.vpls) * 64.0);
+        shape.path_count = if pilot == 0 { 1 } else { paths.min(most_paths) as u32 };
         shape.vpl_capacity = shape.slot_count().min((f64::from(settings.vpls) * CAPACITY_MARGIN) as u32 + 1024);
     }
     let positions = trace_lights(gpu, scene, camera, settings, shape)?;

@@ -32,26 +32,31 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     let frames = run_frames(&mut renderer, settings, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
+    let printed = (!quiet).then(|| table(&times));
+    let picture = match outputs.picture {
+        None => None,
+        Some(file) => Some((file, renderer.read_radiance()?, renderer.read_picture()?)),
+    };
+    let timings = match outputs.timings {
+        None => None,
+        Some(file) if file.kind() == FileKind::Csv => Some((file, to_csv(&frames)?)),
+        Some(file) => {
+            let counts = statistics::count(&gpu, &uploaded, camera, settings, &renderer)?;
+            Some((file, report(settings, &gpu, &scene, camera, &renderer, times, counts).to_json()?))
+        }
+    };
+    // Nothing is written before everything has gone well.
     gpu.check_validation()?;
-    if !quiet {
-        super::say(&table(&times));
+    if let Some((file, radiance, srgb)) = picture {
+        file.commit_picture((settings.size.width, settings.size.height), &radiance, || srgb)?;
     }
-    if let Some(picture) = outputs.picture {
-        let radiance = renderer.read_radiance()?;
-        let srgb = renderer.read_picture()?;
-        picture.commit_picture((settings.size.width, settings.size.height), &radiance, || srgb)?;
+    if let Some((file, bytes)) = timings {
+        file.commit(&bytes)?;
     }
-    if let Some(timings) = outputs.timings {
-        let bytes = match timings.kind() {
-            FileKind::Csv => to_csv(&frames)?,
-            _ => {
-                let counts = statistics::count(&gpu, &uploaded, camera, settings, &renderer)?;
-                report(settings, &gpu, &scene, camera, &renderer, times, counts).to_json()?
-            }
-        };
-        timings.commit(&bytes)?;
+    if let Some(text) = printed {
+        super::say(&text);
     }
-    gpu.check_validation()
+    Ok(())
 }
 
 /// Prints the frame graph of the settings as Graphviz.
@@ -118,18 +123,19 @@ fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera>
 /// Serial frames: each is waited for before the next, so that wall clock and GPU clock can be compared.
 fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progress) -> Result<Vec<FrameTimes>> {
     let names = renderer.pass_names();
-    let total = settings.warmup + settings.frames;
-    let bar = progress.bar("frames", u64::from(total));
-    let mut frames = Vec::with_capacity(settings.frames as usize);
+    let warmup = u64::from(settings.warmup);
+    let total = warmup + u64::from(settings.frames);
+    let bar = progress.bar("frames", total);
+    let mut frames = Vec::new();
     for index in 0..total {
         let ticket = renderer.submit()?;
         let times = renderer.wait(ticket)?;
-        if index >= settings.warmup {
+        if index >= warmup {
             let gpu_ms = times.pass_ms.iter().sum();
             let pass_ms = names.iter().cloned().zip(times.pass_ms).collect();
             frames.push(FrameTimes { pass_ms, gpu_ms, cpu_ms: times.cpu_ms });
         }
-        bar.set(u64::from(index) + 1);
+        bar.set(index + 1);
     }
     bar.finish();
     Ok(frames)

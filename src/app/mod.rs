@@ -22,7 +22,7 @@ where
     match cli::parse(args).and_then(execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let _ = writeln!(std::io::stderr(), "error: {error}");
+            let _ = writeln!(std::io::stderr(), "error: {}", one_line(&error.to_string()));
             ExitCode::from(error.exit_code())
         }
     }
@@ -57,6 +57,11 @@ pub fn say(text: &str) {
     let _ = stdout.flush();
 }
 
+/// Names from files and messages from drivers may hold line breaks; an error is one line whatever they hold.
+fn one_line(text: &str) -> String {
+    text.split(char::is_control).map(str::trim).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
 /// Logs to stderr: warnings, with `-v` what this program does, with `-vv` in detail. `RUST_LOG` overrides.
 fn start_log(verbosity: Verbosity) {
     let (own, others) = levels(verbosity);
@@ -86,6 +91,12 @@ fn levels(verbosity: Verbosity) -> (LevelFilter, LevelFilter) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_are_one_line() {
+        assert_eq!(one_line("camera a\nb\r\n  c\x1b"), "camera a b c");
+        assert_eq!(one_line("two  spaces stay"), "two  spaces stay");
+    }
 
     #[test]
     fn levels_follow_the_options() {

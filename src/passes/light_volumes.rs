@@ -36,11 +36,11 @@ pub fn add(
     let overdraw_bytes = if frame.shape.count_overdraw { 4 * pixels } else { 16 };
     let overdraw = frame.graph.persistent_buffer("overdraw", overdraw_bytes);
     let reservoirs = (frame.shape.shadow_samples > 0).then(|| {
-        let (bytes, _) = reservoir_layout(frame.shape.reservoir, frame.shape.shadow_samples);
+        let bytes = reservoir_bytes(frame.shape.reservoir, frame.shape.shadow_samples);
         frame.graph.transient_buffer("reservoirs", bytes * pixels)
     });
     let mut cleared = vec![(overdraw, 0)];
-    cleared.extend(reservoirs.map(|r| (r, reservoir_layout(frame.shape.reservoir, 1).1)));
+    cleared.extend(reservoirs.map(|r| (r, empty_word(frame.shape.reservoir))));
     frame.clear("light_volumes/clear", &cleared);
     let work = RasterWork {
         colors: vec![ColorTarget { image, clear: Some([0; 4]) }],
@@ -73,11 +73,20 @@ pub fn add(
     Lighting { image, reservoirs, overdraw }
 }
 
-/// Bytes per pixel and the word that means "empty".
-fn reservoir_layout(mode: Reservoir, shadow_samples: u32) -> (u64, u32) {
+/// Bytes of a pixel's reservoirs.
+#[must_use]
+pub fn reservoir_bytes(mode: Reservoir, shadow_samples: u32) -> u64 {
     match mode {
-        Reservoir::Exact => (8 * u64::from(shadow_samples), u32::MAX),
-        Reservoir::Race | Reservoir::Lock => (4 * u64::from(shadow_samples + 2), 0),
+        Reservoir::Exact => 8 * u64::from(shadow_samples),
+        Reservoir::Race | Reservoir::Lock => 4 * u64::from(shadow_samples + 2),
+    }
+}
+
+/// The word that means "empty".
+fn empty_word(mode: Reservoir) -> u32 {
+    match mode {
+        Reservoir::Exact => u32::MAX,
+        Reservoir::Race | Reservoir::Lock => 0,
     }
 }
 

@@ -34,6 +34,7 @@ impl Settings {
 
     fn validate_method(&self) -> Result<()> {
         at_least_one("vpls", self.vpls)?;
+        within("bounces", self.bounces, 0..=64)?;
         if let Levels::Fixed(levels) = self.levels {
             within("levels", levels, 2..=10)?;
         }
@@ -153,6 +154,7 @@ mod tests {
         }
         assert_eq!(complaint(|s| s.levels = Levels::Fixed(1)), "levels must be from 2 to 10, not 1");
         assert_eq!(complaint(|s| s.levels = Levels::Fixed(11)), "levels must be from 2 to 10, not 11");
+        assert_eq!(complaint(|s| s.bounces = 65), "bounces must be from 0 to 64, not 65");
         assert_eq!(complaint(|s| s.first_level = 2), "first-level must be from 0 to 1, not 2");
         assert_eq!(complaint(|s| s.interleave = 3), "interleave must be 1, 2 or 4, not 3");
         assert_eq!(complaint(|s| s.shadow_samples = 17), "shadow-samples must be from 0 to 16, not 17");

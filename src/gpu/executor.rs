@@ -162,6 +162,7 @@ impl Executor {
     ///
     /// # Errors
     /// When the device is lost; names the last pass reached.
+    #[expect(clippy::needless_pass_by_value, reason = "a ticket is good for one wait")]
     pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
         self.wait_value(ticket.value)?;
         let cpu_ms = ticket.submitted.elapsed().as_secs_f64() * 1e3;
@@ -202,9 +203,9 @@ impl Executor {
 
     /// Layout in which the frame leaves an image: that of its last use.
     fn final_layout(&self, image: ImageHandle) -> vk::ImageLayout {
-        let uses = self.graph.passes().iter().flat_map(|p| &p.uses).filter(|u| u.resource == image.into());
+        let mut uses = self.graph.passes().iter().rev().flat_map(|p| &p.uses).filter(|u| u.resource == image.into());
         let kind = self.graph.resources()[Handle::from(image).index()].info.kind();
-        uses.last().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.sync(kind).layout)
+        uses.next().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.sync(kind).layout)
     }
 
     fn wait_value(&self, value: u64) -> Result<()> {

@@ -23,7 +23,7 @@ pub use features::{DeviceReport, OptionalFeatures};
 pub use image::Image;
 pub use instance::{Instance, list_gpus};
 pub use resources::MemoryUse;
-pub use scene_set::{MipChain, SceneData, SceneSet};
+pub use scene_set::{SceneData, SceneSet};
 pub use work::{
     ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, TransferOp,
     Viewport, Work,

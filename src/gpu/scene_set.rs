@@ -13,9 +13,7 @@ use super::image::{Image, TextureInfo};
 use super::transfer::{Subresource, upload_buffer, upload_image};
 use crate::error::{Error, Result};
 use crate::scene::Draw;
-
-/// Mip levels of one texture: width, height, RGBA8 texels.
-pub type MipChain = Vec<(u32, u32, Vec<u8>)>;
+use crate::scene::upload::MipChain;
 
 /// Everything uploaded, as plain bytes and texels.
 pub struct SceneData<'a> {

@@ -7,6 +7,9 @@ use super::albedo_array::{AlbedoArray, build_albedo_array, mip_chains};
 use super::{Light, Scene, Texture};
 use crate::shared::{GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NO_LAYER, PunctualLight};
 
+/// Mip levels of one texture: width, height, RGBA8 texels.
+pub type MipChain = Vec<(u32, u32, Vec<u8>)>;
+
 /// Scene data in the layouts that shaders read.
 pub struct PreparedScene {
     /// One per material.
@@ -18,7 +21,7 @@ pub struct PreparedScene {
     /// Small base-colour textures for traced rays.
     pub albedo: AlbedoArray,
     /// Every texture with its mips; whether it is sRGB.
-    pub textures: Vec<(bool, Vec<(u32, u32, Vec<u8>)>)>,
+    pub textures: Vec<(bool, MipChain)>,
     /// Per material: base-colour and normal texture.
     pub material_textures: Vec<(Option<u32>, Option<u32>)>,
 }
@@ -65,7 +68,7 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
 }
 
 /// Mips of every texture; a texture used as normal map is linear.
-fn textures(scene: &Scene) -> Vec<(bool, Vec<(u32, u32, Vec<u8>)>)> {
+fn textures(scene: &Scene) -> Vec<(bool, MipChain)> {
     let is_normal = |index: usize| scene.materials.iter().any(|m| m.normal_texture == u32::try_from(index).ok());
     let jobs: Vec<(&Texture, bool)> =
         scene.textures.iter().enumerate().map(|(index, texture)| (texture, !is_normal(index))).collect();

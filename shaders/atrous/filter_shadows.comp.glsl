@@ -1,6 +1,6 @@
 // One iteration of the edge-avoiding a-trous wavelet (Dammertz et al. 2010) over the shadowed and the unshadowed
-// estimate at once. Weights stop at normals, positions and colours; the colour is that of the analytic lighting,
-// which has no noise. One thread per pixel.
+// estimate at once. Weights stop at normals, positions and colours: that of the analytic lighting, which has no
+// noise, and that of the shadow itself, with a width that halves from iteration to iteration. One thread per pixel.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/color.glsl"
@@ -15,7 +15,9 @@ layout(set = 0, binding = 4) uniform texture2D shadowed_image;
 layout(set = 0, binding = 5) uniform texture2D unshadowed_image;
 layout(set = 0, binding = 6, rgba16f) uniform writeonly image2D out_shadowed;
 layout(set = 0, binding = 7, rgba16f) uniform writeonly image2D out_unshadowed;
-layout(push_constant) uniform Push { int step_px; };
+// ratio_sigma: difference of the shadow ratio at which a weight falls to 1/e; smaller in later iterations, when
+// the noise is gone and what is left are shadow edges.
+layout(push_constant) uniform Push { int step_px; float ratio_sigma; };
 
 const float KERNEL[3] = float[](3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0);
 const float NORMAL_POWER = 32.0;
@@ -27,6 +29,11 @@ const float COLOR_SIGMA = 1.5;
 float brightness(ivec2 p) {
     vec3 lighting = texelFetch(lighting_image, p, 0).rgb;
     return log2(max(luminance(lighting), 1e-20));
+}
+
+float shadow_ratio(vec3 shadowed, vec3 unshadowed) {
+    float u = luminance(unshadowed);
+    return u > 0.0 ? luminance(shadowed) / u : 1.0;
 }
 
 void main() {
@@ -44,6 +51,7 @@ void main() {
     vec3 position = position_from_depth(uvec2(pixel), depth);
     vec3 normal = unpack_octahedral(texelFetch(normals_image, pixel, 0).x);
     float center_brightness = brightness(pixel);
+    float center_ratio = shadow_ratio(texelFetch(shadowed_image, pixel, 0).rgb, texelFetch(unshadowed_image, pixel, 0).rgb);
     float footprint = 2.0 * length(frame.up.xyz) / float(size.y) * frame.eye_near.w / depth;
     float plane_scale = 1.0 / (PLANE_SIGMA * footprint);
     vec3 shadowed = vec3(0.0);
@@ -65,8 +73,11 @@ void main() {
             weight *= pow(max(dot(normal, normal_p), 0.0), NORMAL_POWER);
             weight *= exp(-abs(dot(offset, normal)) * plane_scale);
             weight *= exp(-abs(brightness(p) - center_brightness) / COLOR_SIGMA);
-            shadowed += weight * texelFetch(shadowed_image, p, 0).rgb;
-            unshadowed += weight * texelFetch(unshadowed_image, p, 0).rgb;
+            vec3 s = texelFetch(shadowed_image, p, 0).rgb;
+            vec3 u = texelFetch(unshadowed_image, p, 0).rgb;
+            weight *= exp(-abs(shadow_ratio(s, u) - center_ratio) / ratio_sigma);
+            shadowed += weight * s;
+            unshadowed += weight * u;
             weights += weight;
         }
     }

@@ -160,7 +160,7 @@ void main() {
             receiver.position_ws + unpack_octahedral(normals.y) * surface_offset(receiver.position_ws);
         uint index = reservoir_index(interleaved);
         uint random_state = hash(index, frame_seed() ^ 0x5bd1e995u);
-        float share = total / float(shadow_sample_count());
+        float share = 1.0 / float(shadow_sample_count());
         for (uint i = 0u; i < shadow_sample_count(); ++i) {
             uint light = selected_light(index, i);
             if (light != NO_LIGHT && add_sample(receiver, light, share, random_state, shadowed, unshadowed)) {

@@ -7,7 +7,15 @@ use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
 
 /// Iterations; the step doubles each time.
-const ITERATIONS: u32 = 3;
+const ITERATIONS: u32 = 5;
+
+/// Width of the shadow's own edge stop: none in the first iteration, then halved each time.
+fn ratio_sigma(iteration: u32) -> f32 {
+    match iteration {
+        0 => 1e6,
+        _ => 0.5_f32.powi(iteration as i32 - 1),
+    }
+}
 
 /// Adds the passes; `lighting` is the analytic lighting in the picture's layout.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle, input: ShadowEstimates) -> ShadowEstimates {
@@ -15,7 +23,10 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle, input: S
     for iteration in 0..ITERATIONS {
         let shadowed = frame.image(&format!("shadowed_{}", iteration + 1), FORMAT);
         let unshadowed = frame.image(&format!("unshadowed_{}", iteration + 1), FORMAT);
-        let work = ComputeWork { push: vec![1 << iteration], ..shader("atrous/filter_shadows", frame.per_pixel()) };
+        let work = ComputeWork {
+            push: vec![1 << iteration, ratio_sigma(iteration).to_bits()],
+            ..shader("atrous/filter_shadows", frame.per_pixel())
+        };
         let pass = frame
             .compute(&format!("atrous/{}", iteration + 1), work)
             .bind(1, gbuffer.depth, Access::ComputeSampled)

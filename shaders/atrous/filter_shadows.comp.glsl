@@ -25,6 +25,16 @@ const float NORMAL_POWER = 32.0;
 // falls to 1/e.
 const float PLANE_SIGMA = 4.0;
 const float COLOR_SIGMA = 1.5;
+// Weight of neighbours on the same surface (all of them weigh 0.86) below which others count too, and the distance,
+// in pixels' footprints per step, within which they do.
+const float MIN_SUPPORT = 0.15;
+const float NEARNESS_SIGMA = 4.0;
+
+struct Estimate {
+    vec3 shadowed;
+    vec3 unshadowed;
+    float weight;
+};
 
 float brightness(ivec2 p) {
     vec3 lighting = texelFetch(lighting_image, p, 0).rgb;
@@ -54,9 +64,10 @@ void main() {
     float center_ratio = shadow_ratio(texelFetch(shadowed_image, pixel, 0).rgb, texelFetch(unshadowed_image, pixel, 0).rgb);
     float footprint = 2.0 * length(frame.up.xyz) / float(size.y) * frame.eye_near.w / depth;
     float plane_scale = 1.0 / (PLANE_SIGMA * footprint);
-    vec3 shadowed = vec3(0.0);
-    vec3 unshadowed = vec3(0.0);
-    float weights = 0.0;
+    float nearness_scale = 1.0 / (NEARNESS_SIGMA * footprint * float(step_px) * NEARNESS_SIGMA * footprint * float(step_px));
+    Estimate strict = Estimate(vec3(0.0), vec3(0.0), 0.0);
+    float alike = 0.0;
+    Estimate relaxed = Estimate(vec3(0.0), vec3(0.0), 0.0);
     for (int y = -2; y <= 2; ++y) {
         for (int x = -2; x <= 2; ++x) {
             ivec2 p = pixel + ivec2(x, y) * step_px;
@@ -72,15 +83,25 @@ void main() {
             float weight = KERNEL[abs(x)] * KERNEL[abs(y)];
             weight *= pow(max(dot(normal, normal_p), 0.0), NORMAL_POWER);
             weight *= exp(-abs(dot(offset, normal)) * plane_scale);
+            alike += weight;
             weight *= exp(-abs(brightness(p) - center_brightness) / COLOR_SIGMA);
             vec3 s = texelFetch(shadowed_image, p, 0).rgb;
             vec3 u = texelFetch(unshadowed_image, p, 0).rgb;
             weight *= exp(-abs(shadow_ratio(s, u) - center_ratio) / ratio_sigma);
-            shadowed += weight * s;
-            unshadowed += weight * u;
-            weights += weight;
+            strict.shadowed += weight * s;
+            strict.unshadowed += weight * u;
+            strict.weight += weight;
+            float relaxed_weight = KERNEL[abs(x)] * KERNEL[abs(y)] * exp(-dot(offset, offset) * nearness_scale);
+            relaxed.shadowed += relaxed_weight * s;
+            relaxed.unshadowed += relaxed_weight * u;
+            relaxed.weight += relaxed_weight;
         }
     }
-    imageStore(out_shadowed, pixel, vec4(shadowed / max(weights, 1e-20), 1.0));
-    imageStore(out_unshadowed, pixel, vec4(unshadowed / max(weights, 1e-20), 1.0));
+    // A pixel whose surface no neighbour shares (thin joints, leaves) would keep the noise of its few samples: the
+    // fewer are alike, the more it takes from whatever is near.
+    float support = alike - KERNEL[0] * KERNEL[0];
+    float lack = clamp(1.0 - support / MIN_SUPPORT, 0.0, 1.0);
+    float inverse_weight = 1.0 / (strict.weight + lack * relaxed.weight);
+    imageStore(out_shadowed, pixel, vec4((strict.shadowed + lack * relaxed.shadowed) * inverse_weight, 1.0));
+    imageStore(out_unshadowed, pixel, vec4((strict.unshadowed + lack * relaxed.unshadowed) * inverse_weight, 1.0));
 }

@@ -157,7 +157,7 @@ pub fn build_binary(scene: &Scene) -> BinaryBvh {
         // The clustering below takes quadratic time on such heaps (35 s for 40,000 equal triangles).
         let order: Vec<u32> = (0..corners.len() as u32).collect();
         let triangles = ordered(scene, &order);
-        let nodes = balanced(&triangles);
+        let nodes = balanced(&triangles, LEAF_TRIANGLES);
         return BinaryBvh { depth: depth(&nodes), nodes, triangles, build_ms: milliseconds(start) };
     }
     let bvh = build_bvh2_from_tris(&corners, params(), &mut Duration::default());
@@ -175,7 +175,7 @@ pub fn build_binary(scene: &Scene) -> BinaryBvh {
     let mut bvh = BinaryBvh { depth: depth(&nodes), nodes, triangles, build_ms: 0.0 };
     if bvh.depth > MAX_DEPTH {
         // Heaps of coinciding triangles make a chain; a plain tree over the same order is always shallow.
-        bvh.nodes = balanced(&bvh.triangles);
+        bvh.nodes = balanced(&bvh.triangles, LEAF_TRIANGLES);
         bvh.depth = depth(&bvh.nodes);
     }
     bvh.build_ms = milliseconds(start);
@@ -205,7 +205,8 @@ pub fn build(scene: &Scene) -> SceneBvh {
 /// The eight-wide form of the balanced tree over the triangles in the scene's order.
 fn balanced_wide(scene: &Scene, count: u32) -> CwBvh {
     let order: Vec<u32> = (0..count).collect();
-    let binary = balanced(&ordered(scene, &order));
+    // The conversion merges leaves itself.
+    let binary = balanced(&ordered(scene, &order), 1);
     let node = |n: &BinaryNode| {
         let aabb = Aabb::new(Vec3::from(n.min).into(), Vec3::from(n.max).into());
         Bvh2Node::new(aabb, n.prim_count, n.first_index)
@@ -278,12 +279,12 @@ fn largest_heap(triangles: &[Triangle]) -> u32 {
 }
 
 /// A tree that halves the list of triangles until they fit a leaf.
-fn balanced(triangles: &[BvhTriangle]) -> Vec<BinaryNode> {
+fn balanced(triangles: &[BvhTriangle], leaf_triangles: u32) -> Vec<BinaryNode> {
     let mut nodes = vec![bounding_leaf(triangles, 0, triangles.len())];
     let mut next = 0;
     while next < nodes.len() {
         let (first, count) = (nodes[next].first_index as usize, nodes[next].prim_count as usize);
-        if count > LEAF_TRIANGLES as usize {
+        if count > leaf_triangles as usize {
             (nodes[next].prim_count, nodes[next].first_index) = (0, nodes.len() as u32);
             let middle = first + count / 2;
             nodes.push(bounding_leaf(triangles, first, middle));

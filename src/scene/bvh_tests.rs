@@ -115,7 +115,7 @@ fn the_balanced_fallback_is_a_proper_tree() {
     let mut bvh = build_binary(&soup(600, &mut random));
     let rays: Vec<Ray> = (0..500).map(|_| ray(random.vector() * 6.0, random.vector())).collect();
     let expected: Vec<_> = rays.iter().map(|r| bvh.trace_closest(r).map(|h| h.t)).collect();
-    bvh.nodes = balanced(&bvh.triangles);
+    bvh.nodes = balanced(&bvh.triangles, LEAF_TRIANGLES);
     assert_eq!(depth(&bvh.nodes), 10);
     assert_eq!(rays.iter().map(|r| bvh.trace_closest(r).map(|h| h.t)).collect::<Vec<_>>(), expected);
 }

@@ -148,8 +148,7 @@ impl Executor {
             .semaphore(self.timeline)
             .value(value)
             .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-        let info =
-            [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signal)];
+        let info = [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signal)];
         // SAFETY: the command buffer is recorded and its slot idle; the queue is used from this thread only.
         let result = unsafe { self.gpu.device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()) };
         self.explain(slot, value, check("vkQueueSubmit2", result))?;

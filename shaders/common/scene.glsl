@@ -1,12 +1,16 @@
 // The scene in descriptor set 1: geometry, BVH, materials, lights; and ray traversal over it.
 // Needs constants.glsl and octahedral.glsl.
 
-// obvhs Bvh2Node as it is: inner nodes have prim_count 0 and children first_index, first_index + 1.
+// Rust: scene::bvh::BvhNode. Eight children; see there.
 struct BvhNode {
-    vec3 aabb_min;
-    uint prim_count;
-    vec3 aabb_max;
-    uint first_index;
+    vec3 origin;
+    uint exponents_and_inner;
+    uint first_child;
+    uint first_triangle;
+    uvec2 meta;
+    uvec4 x;
+    uvec4 y;
+    uvec4 z;
 };
 
 // Rust: scene::bvh::BvhTriangle.
@@ -98,17 +102,6 @@ float intersect_triangle(vec3 origin, vec3 direction, BvhTriangle tri, out vec2 
     return inside ? dot(tri.edge2, q) * inverse : -1.0;
 }
 
-// Entry distance of the ray into a box, or a number beyond t_max when it misses.
-float intersect_box(vec3 origin, vec3 inverse_direction, vec3 aabb_min, vec3 aabb_max, float t_max) {
-    vec3 a = (aabb_min - origin) * inverse_direction;
-    vec3 b = (aabb_max - origin) * inverse_direction;
-    vec3 near = min(a, b);
-    vec3 far = max(a, b);
-    float t_near = max(max(near.x, near.y), max(near.z, 0.0));
-    float t_far = min(min(far.x, far.y), min(far.z, t_max));
-    return t_near <= t_far ? t_near : 3.4e38;
-}
-
 // Directions with a zero component would give NaNs in the slab test.
 vec3 safe_inverse(vec3 direction) {
     vec3 tiny = vec3(1e-20);
@@ -116,7 +109,8 @@ vec3 safe_inverse(vec3 direction) {
     return 1.0 / safe;
 }
 
-const uint STACK_SIZE = 64u;
+// Rust: scene::bvh::MAX_WIDE_DEPTH.
+const uint STACK_SIZE = 32u;
 
 bool is_hole(BvhTriangle tri, vec2 barycentric) {
     return (tri.flags & 1u) != 0u
@@ -124,47 +118,80 @@ bool is_hole(BvhTriangle tri, vec2 barycentric) {
 }
 
 // Nearest hit, or the first hit of any kind when `any_hit`. Cut-out texels are holes. Returns false on a miss.
+// Ylitie et al. 2017, algorithm 1, without postponed triangles.
 bool traverse(vec3 origin, vec3 direction, float t_max, bool any_hit, out Hit hit) {
     vec3 inverse_direction = safe_inverse(direction);
-    uint stack[STACK_SIZE];
+    bvec3 negative = lessThan(direction, vec3(0.0));
+    // Children in the order of their slots exclusive-or this are front to back.
+    uint octant = (negative.x ? 0u : 4u) | (negative.y ? 0u : 2u) | (negative.z ? 0u : 1u);
+    uint octant4 = octant * 0x01010101u;
+    uvec2 stack[STACK_SIZE];
     uint depth = 0u;
     hit = Hit(t_max, vec2(0.0), 0u);
     bool found = false;
-    uint node_index = 0u;
-    BvhNode root = bvh_nodes[0];
-    bool active_node = intersect_box(origin, inverse_direction, root.aabb_min, root.aabb_max, hit.t) < 3e38;
-    while (active_node) {
-        BvhNode node = bvh_nodes[node_index];
-        if (node.prim_count > 0u) {
-            for (uint i = node.first_index; i < node.first_index + node.prim_count; ++i) {
-                vec2 barycentric;
-                float t = intersect_triangle(origin, direction, bvh_triangles[i], barycentric);
-                if (t > 0.0 && t < hit.t && !is_hole(bvh_triangles[i], barycentric)) {
-                    hit = Hit(t, barycentric, i);
-                    found = true;
-                    if (any_hit) {
-                        return true;
-                    }
+    // Node group: first child; hit inner children in the upper byte, inner slots in the lowest.
+    uvec2 group = uvec2(0u, 0x80000000u);
+    while (true) {
+        uint child = uint(findMSB(group.y));
+        uint inner = group.y;
+        group.y &= ~(1u << child);
+        uint first_child = group.x;
+        if ((group.y & 0xff000000u) != 0u && depth < STACK_SIZE) {
+            stack[depth++] = group;
+        }
+        uint slot = (child - 24u) ^ octant;
+        uint node = first_child + uint(bitCount(inner & ~(0xffffffffu << slot)));
+        uint exponents_and_inner = bvh_nodes[node].exponents_and_inner;
+        uvec2 meta = bvh_nodes[node].meta;
+        // Nearer planes of the eight children in xy, farther ones in zw.
+        uvec4 qx = bvh_nodes[node].x;
+        uvec4 qy = bvh_nodes[node].y;
+        uvec4 qz = bvh_nodes[node].z;
+        vec3 extent = uintBitsToFloat(((uvec3(exponents_and_inner) >> uvec3(0u, 8u, 16u)) & 0xffu) << 23u);
+        vec3 scale = extent * inverse_direction;
+        vec3 start = (bvh_nodes[node].origin - origin) * inverse_direction;
+        qx = negative.x ? qx.zwxy : qx;
+        qy = negative.y ? qy.zwxy : qy;
+        qz = negative.z ? qz.zwxy : qz;
+        uint hits = 0u;
+        for (uint half_node = 0u; half_node < 2u; ++half_node) {
+            bool second = half_node == 1u;
+            uint meta4 = second ? meta.y : meta.x;
+            uint is_inner = (meta4 & (meta4 << 1u)) & 0x10101010u;
+            uint bit_index4 = (meta4 ^ (octant4 & ((is_inner >> 4u) * 0xffu))) & 0x1f1f1f1fu;
+            uint child_bits4 = (meta4 >> 5u) & 0x07070707u;
+            const uvec4 SHIFT = uvec4(0u, 8u, 16u, 24u);
+            vec4 near = max(vec4((uvec4(second ? qx.y : qx.x) >> SHIFT) & 0xffu) * scale.x + start.x,
+                max(vec4((uvec4(second ? qy.y : qy.x) >> SHIFT) & 0xffu) * scale.y + start.y,
+                    vec4((uvec4(second ? qz.y : qz.x) >> SHIFT) & 0xffu) * scale.z + start.z));
+            vec4 far = min(vec4((uvec4(second ? qx.w : qx.z) >> SHIFT) & 0xffu) * scale.x + start.x,
+                min(vec4((uvec4(second ? qy.w : qy.z) >> SHIFT) & 0xffu) * scale.y + start.y,
+                    vec4((uvec4(second ? qz.w : qz.z) >> SHIFT) & 0xffu) * scale.z + start.z));
+            bvec4 inside = lessThanEqual(max(near, vec4(0.0)), min(far, vec4(hit.t)));
+            uvec4 bits = ((uvec4(child_bits4) >> SHIFT) & 0xffu) << ((uvec4(bit_index4) >> SHIFT) & 0xffu);
+            bits = mix(uvec4(0u), bits, inside);
+            hits |= bits.x | bits.y | bits.z | bits.w;
+        }
+        group = uvec2(bvh_nodes[node].first_child, (hits & 0xff000000u) | (exponents_and_inner >> 24u));
+        uint leaf_bits = hits & 0xffffffu;
+        while (leaf_bits != 0u) {
+            uint i = bvh_nodes[node].first_triangle + uint(findLSB(leaf_bits));
+            leaf_bits &= leaf_bits - 1u;
+            vec2 barycentric;
+            float t = intersect_triangle(origin, direction, bvh_triangles[i], barycentric);
+            if (t > 0.0 && t < hit.t && !is_hole(bvh_triangles[i], barycentric)) {
+                hit = Hit(t, barycentric, i);
+                found = true;
+                if (any_hit) {
+                    return true;
                 }
-            }
-        } else {
-            BvhNode left = bvh_nodes[node.first_index];
-            BvhNode right = bvh_nodes[node.first_index + 1u];
-            float t_left = intersect_box(origin, inverse_direction, left.aabb_min, left.aabb_max, hit.t);
-            float t_right = intersect_box(origin, inverse_direction, right.aabb_min, right.aabb_max, hit.t);
-            bool right_first = t_right < t_left;
-            float t_far = max(t_left, t_right);
-            if (min(t_left, t_right) < 3e38) {
-                node_index = node.first_index + (right_first ? 1u : 0u);
-                if (t_far < 3e38 && depth < STACK_SIZE) {
-                    stack[depth++] = node.first_index + (right_first ? 0u : 1u);
-                }
-                continue;
             }
         }
-        active_node = depth > 0u;
-        if (active_node) {
-            node_index = stack[--depth];
+        if ((group.y & 0xff000000u) == 0u) {
+            if (depth == 0u) {
+                return found;
+            }
+            group = stack[--depth];
         }
     }
     return found;

@@ -43,8 +43,8 @@ fn sponza_loads_and_builds_quickly() {
     assert!((*direction_ws - Vec3::new(0.2, -1.0, 0.15).normalize()).length() < 1e-5);
     assert_eq!(*irradiance, Vec3::splat(16.0));
 
-    let bvh = bvh::build(&scene);
-    let wide = bvh::build_cw(&scene);
+    let bvh = bvh::build_binary(&scene);
+    let wide = bvh::build(&scene);
     let start = Instant::now();
     let array = build_albedo_array(&scene, 2048);
     let albedo = start.elapsed();

@@ -1,12 +1,18 @@
-//! The bounding volume hierarchy of a scene's triangles, in the layouts that shaders read, and its CPU traversal.
+//! The bounding volume hierarchy of a scene's triangles in the layout that shaders read, eight-wide, and a binary one
+//! that the CPU traverses. Why eight: `docs/bvh.md`.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
+use obvhs::bvh2::node::Bvh2Node;
+use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::triangle::Triangle;
 
 use super::Scene;
@@ -14,17 +20,46 @@ use super::Scene;
 /// Set in [`BvhTriangle::flags`] where the material is alpha-masked.
 pub const FLAG_ALPHA_MASKED: u32 = 1;
 
-/// No tree is deeper, so a traversal that descends to one child and stacks the other needs at most 63 slots.
+/// No binary tree is deeper, so a traversal that descends to one child and stacks the other needs at most 63 slots.
 pub const MAX_DEPTH: u32 = 64;
+
+/// No eight-wide tree is deeper: a traversal stacks at most one group of siblings per level (`STACK_SIZE` in the
+/// shaders).
+pub const MAX_WIDE_DEPTH: u32 = 32;
+
+/// Most triangles in a leaf; the eight-wide node has room for three.
+const LEAF_TRIANGLES: u32 = 3;
 
 /// More triangles than this around one and the same point are not clustered.
 const MAX_HEAP: u32 = 4096;
 
-/// One node of the binary tree, 32 bytes, node 0 the root:
-/// `vec3 min` at 0, `uint prim_count` at 12, `vec3 max` at 16, `uint first_index` at 28.
+/// One node of the eight-wide tree as obvhs makes it, 80 bytes, node 0 the root (Ylitie et al. 2017; here with the
+/// children's lower and upper planes side by side per axis). Bytes of a word are read from the lowest.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct BvhNode {
+    /// Origin of the children's quantised planes.
+    pub origin: [f32; 3],
+    /// Three bytes: biased exponents of the planes' unit per axis; a byte: which children are inner nodes.
+    pub exponents_and_inner: u32,
+    /// The first inner child; the others follow.
+    pub first_child: u32,
+    /// The first triangle of the leaves.
+    pub first_triangle: u32,
+    /// A byte per child: 0 for none; inner `001` and 24 + slot; leaf: triangles in unary, offset of the first.
+    pub meta: [u32; 2],
+    /// Lower x of eight children, then upper x.
+    pub x: [u32; 4],
+    /// The same for y.
+    pub y: [u32; 4],
+    /// The same for z.
+    pub z: [u32; 4],
+}
+
+/// One node of the binary tree, node 0 the root.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct BinaryNode {
     /// Smallest corner of the box.
     pub min: [f32; 3],
     /// Number of triangles; 0 marks an inner node.
@@ -54,12 +89,12 @@ pub struct BvhTriangle {
     pub flags: u32,
 }
 
-const _: () = assert!(size_of::<BvhNode>() == 32 && size_of::<BvhTriangle>() == 48);
+const _: () = assert!(size_of::<BvhNode>() == 80 && size_of::<BvhTriangle>() == 48);
 
 /// A binary BVH over all triangles of a scene.
-pub struct SceneBvh {
+pub struct BinaryBvh {
     /// Nodes, the root first.
-    pub nodes: Vec<BvhNode>,
+    pub nodes: Vec<BinaryNode>,
     /// Triangles in the order that the leaves refer to.
     pub triangles: Vec<BvhTriangle>,
     /// Levels of the tree, at most [`MAX_DEPTH`].
@@ -69,11 +104,13 @@ pub struct SceneBvh {
 }
 
 /// An eight-wide compressed BVH (Ylitie et al. 2017) over all triangles of a scene.
-pub struct SceneCwBvh {
-    /// Nodes of 80 bytes, as `obvhs::cwbvh::node::CwBvhNode` lays them out: min and max planes interleaved per axis.
-    pub nodes: Vec<[u32; 20]>,
+pub struct SceneBvh {
+    /// Nodes, the root first.
+    pub nodes: Vec<BvhNode>,
     /// Triangles in the order that the leaves refer to.
     pub triangles: Vec<BvhTriangle>,
+    /// Levels of the tree, at most [`MAX_WIDE_DEPTH`].
+    pub depth: u32,
     /// Wall-clock time of the build in milliseconds.
     pub build_ms: f64,
 }
@@ -108,26 +145,26 @@ pub struct Ray {
 ///
 /// Every triangle appears once (no spatial splits), which keeps leaves and triangle buffer the size of the scene.
 const fn params() -> BvhBuildParams {
-    BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() }
+    BvhBuildParams { max_prims_per_leaf: LEAF_TRIANGLES, ..BvhBuildParams::medium_build() }
 }
 
 /// Builds the binary tree.
 #[must_use]
-pub fn build(scene: &Scene) -> SceneBvh {
+pub fn build_binary(scene: &Scene) -> BinaryBvh {
     let start = Instant::now();
     let corners = corners(scene);
     if largest_heap(&corners) > MAX_HEAP {
         // The clustering below takes quadratic time on such heaps (35 s for 40,000 equal triangles).
         let order: Vec<u32> = (0..corners.len() as u32).collect();
         let triangles = ordered(scene, &order);
-        let nodes = balanced(&triangles);
-        return SceneBvh { depth: depth(&nodes), nodes, triangles, build_ms: milliseconds(start) };
+        let nodes = balanced(&triangles, LEAF_TRIANGLES);
+        return BinaryBvh { depth: depth(&nodes), nodes, triangles, build_ms: milliseconds(start) };
     }
     let bvh = build_bvh2_from_tris(&corners, params(), &mut Duration::default());
-    let nodes: Vec<BvhNode> = bvh
+    let nodes: Vec<BinaryNode> = bvh
         .nodes
         .iter()
-        .map(|n| BvhNode {
+        .map(|n| BinaryNode {
             min: Vec3::from(n.aabb().min).to_array(),
             prim_count: n.prim_count,
             max: Vec3::from(n.aabb().max).to_array(),
@@ -135,10 +172,10 @@ pub fn build(scene: &Scene) -> SceneBvh {
         })
         .collect();
     let triangles = ordered(scene, &bvh.primitive_indices);
-    let mut bvh = SceneBvh { depth: depth(&nodes), nodes, triangles, build_ms: 0.0 };
+    let mut bvh = BinaryBvh { depth: depth(&nodes), nodes, triangles, build_ms: 0.0 };
     if bvh.depth > MAX_DEPTH {
         // Heaps of coinciding triangles make a chain; a plain tree over the same order is always shallow.
-        bvh.nodes = balanced(&bvh.triangles);
+        bvh.nodes = balanced(&bvh.triangles, LEAF_TRIANGLES);
         bvh.depth = depth(&bvh.nodes);
     }
     bvh.build_ms = milliseconds(start);
@@ -147,11 +184,58 @@ pub fn build(scene: &Scene) -> SceneBvh {
 
 /// Builds the eight-wide tree.
 #[must_use]
-pub fn build_cw(scene: &Scene) -> SceneCwBvh {
+pub fn build(scene: &Scene) -> SceneBvh {
     let start = Instant::now();
-    let bvh = build_cwbvh_from_tris(&corners(scene), params(), &mut Duration::default());
-    let nodes = bvh.nodes.iter().map(|n| bytemuck::cast(*n)).collect();
-    SceneCwBvh { nodes, triangles: ordered(scene, &bvh.primitive_indices), build_ms: milliseconds(start) }
+    let corners = corners(scene);
+    let balanced = || balanced_wide(scene, corners.len() as u32);
+    let mut bvh = if largest_heap(&corners) > MAX_HEAP {
+        balanced()
+    } else {
+        build_cwbvh_from_tris(&corners, params(), &mut Duration::default())
+    };
+    let mut nodes = wide_nodes(&bvh);
+    if wide_depth(&nodes) > MAX_WIDE_DEPTH {
+        bvh = balanced();
+        nodes = wide_nodes(&bvh);
+    }
+    let triangles = ordered(scene, &bvh.primitive_indices);
+    SceneBvh { depth: wide_depth(&nodes), nodes, triangles, build_ms: milliseconds(start) }
+}
+
+/// The eight-wide form of the balanced tree over the triangles in the scene's order.
+fn balanced_wide(scene: &Scene, count: u32) -> CwBvh {
+    let order: Vec<u32> = (0..count).collect();
+    // The conversion merges leaves itself.
+    let binary = balanced(&ordered(scene, &order), 1);
+    let node = |n: &BinaryNode| {
+        let aabb = Aabb::new(Vec3::from(n.min).into(), Vec3::from(n.max).into());
+        Bvh2Node::new(aabb, n.prim_count, n.first_index)
+    };
+    let depth = depth(&binary) as usize;
+    let bvh = Bvh2 {
+        nodes: binary.iter().map(node).collect(),
+        primitive_indices: order,
+        children_are_ordered_after_parents: true,
+        max_depth: depth.max(96),
+        ..Bvh2::default()
+    };
+    bvh2_to_cwbvh(&bvh, LEAF_TRIANGLES, true, false)
+}
+
+fn wide_nodes(bvh: &CwBvh) -> Vec<BvhNode> {
+    bvh.nodes.iter().map(|n| bytemuck::cast(*n)).collect()
+}
+
+fn wide_depth(nodes: &[BvhNode]) -> u32 {
+    let mut stack = vec![(0u32, 1u32)];
+    let mut deepest = 0;
+    while let Some((i, level)) = stack.pop() {
+        deepest = deepest.max(level);
+        let node = &nodes[i as usize];
+        let children = (node.exponents_and_inner >> 24).count_ones();
+        stack.extend((0..children).map(|child| (node.first_child + child, level + 1)));
+    }
+    deepest
 }
 
 fn milliseconds(start: Instant) -> f64 {
@@ -194,13 +278,13 @@ fn largest_heap(triangles: &[Triangle]) -> u32 {
     heaps.into_values().max().unwrap_or(0)
 }
 
-/// A tree that halves the list of triangles until four or fewer are left.
-fn balanced(triangles: &[BvhTriangle]) -> Vec<BvhNode> {
+/// A tree that halves the list of triangles until they fit a leaf.
+fn balanced(triangles: &[BvhTriangle], leaf_triangles: u32) -> Vec<BinaryNode> {
     let mut nodes = vec![bounding_leaf(triangles, 0, triangles.len())];
     let mut next = 0;
     while next < nodes.len() {
         let (first, count) = (nodes[next].first_index as usize, nodes[next].prim_count as usize);
-        if count > 4 {
+        if count > leaf_triangles as usize {
             (nodes[next].prim_count, nodes[next].first_index) = (0, nodes.len() as u32);
             let middle = first + count / 2;
             nodes.push(bounding_leaf(triangles, first, middle));
@@ -211,7 +295,7 @@ fn balanced(triangles: &[BvhTriangle]) -> Vec<BvhNode> {
     nodes
 }
 
-fn bounding_leaf(triangles: &[BvhTriangle], first: usize, end: usize) -> BvhNode {
+fn bounding_leaf(triangles: &[BvhTriangle], first: usize, end: usize) -> BinaryNode {
     let (mut min, mut max) = (Vec3::MAX, Vec3::MIN);
     for triangle in &triangles[first..end] {
         let [v0, edge1, edge2] = [triangle.v0, triangle.edge1, triangle.edge2].map(Vec3::from_array);
@@ -219,10 +303,10 @@ fn bounding_leaf(triangles: &[BvhTriangle], first: usize, end: usize) -> BvhNode
             (min, max) = (min.min(p), max.max(p));
         }
     }
-    BvhNode { min: min.to_array(), prim_count: (end - first) as u32, max: max.to_array(), first_index: first as u32 }
+    BinaryNode { min: min.to_array(), prim_count: (end - first) as u32, max: max.to_array(), first_index: first as u32 }
 }
 
-fn depth(nodes: &[BvhNode]) -> u32 {
+fn depth(nodes: &[BinaryNode]) -> u32 {
     let mut stack = vec![(0u32, 1u32)];
     let mut deepest = 0;
     while let Some((i, level)) = stack.pop() {
@@ -235,7 +319,7 @@ fn depth(nodes: &[BvhNode]) -> u32 {
     deepest
 }
 
-impl SceneBvh {
+impl BinaryBvh {
     /// The nearest triangle along the ray, either side, alpha ignored.
     #[must_use]
     pub fn trace_closest(&self, ray: &Ray) -> Option<Hit> {
@@ -288,7 +372,7 @@ impl SceneBvh {
 }
 
 /// Where the ray enters a node's box; infinite for a miss.
-fn enter(node: &BvhNode, ray: &Ray, inverse: Vec3) -> f32 {
+fn enter(node: &BinaryNode, ray: &Ray, inverse: Vec3) -> f32 {
     let t0 = (Vec3::from_array(node.min) - ray.origin) * inverse;
     let t1 = (Vec3::from_array(node.max) - ray.origin) * inverse;
     let near = t0.min(t1).max_element().max(ray.t_min);

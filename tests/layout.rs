@@ -73,8 +73,9 @@ fn shared_structs() -> Vec<Shared> {
             material as "material", edge2 as "edge2", flags as "flags"
         ),
         shared!(
-            "BvhNode", BvhNode, min as "aabb_min", prim_count as "prim_count", max as "aabb_max",
-            first_index as "first_index"
+            "BvhNode", BvhNode, origin as "origin", exponents_and_inner as "exponents_and_inner",
+            first_child as "first_child", first_triangle as "first_triangle", meta as "meta", x as "x", y as "y",
+            z as "z"
         ),
     ]
 }

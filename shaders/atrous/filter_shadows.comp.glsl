@@ -29,6 +29,8 @@ const float COLOR_SIGMA = 1.5;
 // in pixels' footprints per step, within which they do.
 const float MIN_SUPPORT = 0.15;
 const float NEARNESS_SIGMA = 4.0;
+// Wider steps would carry light across whole features.
+const int LAST_RELAXED_STEP = 2;
 
 struct Estimate {
     vec3 shadowed;
@@ -100,7 +102,7 @@ void main() {
     // A pixel whose surface no neighbour shares (thin joints, leaves) would keep the noise of its few samples: the
     // fewer are alike, the more it takes from whatever is near.
     float support = alike - KERNEL[0] * KERNEL[0];
-    float lack = clamp(1.0 - support / MIN_SUPPORT, 0.0, 1.0);
+    float lack = step_px <= LAST_RELAXED_STEP ? clamp(1.0 - support / MIN_SUPPORT, 0.0, 1.0) : 0.0;
     float inverse_weight = 1.0 / (strict.weight + lack * relaxed.weight);
     imageStore(out_shadowed, pixel, vec4((strict.shadowed + lack * relaxed.shadowed) * inverse_weight, 1.0));
     imageStore(out_unshadowed, pixel, vec4((strict.unshadowed + lack * relaxed.unshadowed) * inverse_weight, 1.0));

@@ -4,6 +4,7 @@ use crate::gpu::Work;
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::passes::compaction::{GridLights, Lights};
 use crate::passes::compose::Indirect;
+use crate::passes::descent::Descent;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::merge::MergedLights;
 use crate::passes::tone_map::ToneMapped;
@@ -37,6 +38,8 @@ pub struct HierarchyOutputs {
     pub grid: GridLights,
     /// The merged list.
     pub merged: MergedLights,
+    /// The way from coarse lights to the lights they are made of, when shadow rays take it.
+    pub descent: Option<Descent>,
     /// Fragments per pixel of the light volumes.
     pub overdraw: BufferHandle,
 }
@@ -77,8 +80,9 @@ pub fn build_hierarchy(shape: FrameShape) -> (Graph<Work>, HierarchyOutputs) {
     let placement = bounds::add(&mut frame, &lights);
     let grid = construct(&mut frame, &lights, placement);
     let merged = merge::add(&mut frame, &lights, &grid);
+    let descent = add_descent(&mut frame, &lights, placement, &grid);
     let overdraw = frame.ray_count;
-    (frame.graph, HierarchyOutputs { lights, placement, grid, merged, overdraw })
+    (frame.graph, HierarchyOutputs { lights, placement, grid, merged, descent, overdraw })
 }
 
 fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, HierarchyOutputs) {
@@ -90,11 +94,8 @@ fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, H
     let depth = interleave::split_depth(frame, gbuffer);
     let lighting = light_volumes::add(frame, gbuffer, depth, placement, &merged);
     let composited = interleave::composite(frame, gbuffer, lighting.image);
+    let descent = lighting.reservoirs.and_then(|_| add_descent(frame, &lights, placement, &grid));
     let shadows = lighting.reservoirs.map(|reservoirs| {
-        let descent = match frame.shape.shadow_points {
-            ShadowPoints::Descent => Some(descent::add(frame, &lights, placement, &grid)),
-            ShadowPoints::Deviation => None,
-        };
         let inputs = shadow_rays::Inputs { merged, lighting, reservoirs, lights, grid, descent };
         let estimates = shadow_rays::add(frame, gbuffer, &inputs);
         match frame.shape.filter {
@@ -102,8 +103,22 @@ fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, H
             Filter::None => estimates,
         }
     });
-    let outputs = HierarchyOutputs { lights, placement, grid, merged, overdraw: lighting.overdraw };
+    let outputs =
+        HierarchyOutputs { lights, placement, grid, merged, descent, overdraw: lighting.overdraw };
     (Indirect { lighting: composited, shadows }, outputs)
+}
+
+/// Adds the descent passes when shadow rays need them.
+fn add_descent(
+    frame: &mut Frame,
+    lights: &Lights,
+    placement: BufferHandle,
+    grid: &GridLights,
+) -> Option<Descent> {
+    match frame.shape.shadow_points {
+        ShadowPoints::Descent => Some(descent::add(frame, lights, placement, grid)),
+        ShadowPoints::Deviation => None,
+    }
 }
 
 /// The grids: S1 by scatter, the rest by gather from S1, or everything by scatter.

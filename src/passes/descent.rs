@@ -33,7 +33,7 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
     let tables = build_tables(frame, grid);
     let index_bits = frame.shape.light_capacity().next_power_of_two().trailing_zeros().max(1);
     let size = 4 * REPRESENTATIVES * u64::from(frame.shape.grid_capacity);
-    let representatives = frame.graph.transient_buffer("representatives", size);
+    let representatives = frame.graph.persistent_buffer("representatives", size);
     frame.clear("descent/clear", &[(representatives, u32::MAX)]);
     let work = ComputeWork {
         push: vec![index_bits],
@@ -53,8 +53,7 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
 }
 
 fn build_tables(frame: &mut Frame, grid: &GridLights) -> BufferHandle {
-    let tables =
-        frame.graph.transient_buffer("descent_tables", TABLE_BYTES * u64::from(frame.shape.upper_capacity.max(1)));
+    let tables = frame.graph.persistent_buffer("descent_tables", TABLE_BYTES * u64::from(frame.shape.upper_capacity.max(1)));
     let dispatch = Dispatch::Indirect { buffer: grid.dispatches, offset_bytes: 0 };
     let pass = frame
         .compute("descent/build_tables", shader("descent/build_tables", dispatch))

@@ -56,6 +56,12 @@ pub struct Readback {
     pub merged: Vec<GridLight>,
     /// How it was dealt.
     pub deal: Deal,
+    /// Descent tables of the lights above S1.
+    pub tables: Vec<u32>,
+    /// Representatives of the S1 lights: keys and lights.
+    pub representatives: Vec<u32>,
+    /// Low bits of a representative that hold its light.
+    pub index_bits: u32,
 }
 
 impl Hierarchy {
@@ -105,7 +111,11 @@ impl Hierarchy {
         let tiles: Vec<u32> = self.read(outputs.merged.tiles);
         let mut merged: Vec<GridLight> = self.read(outputs.merged.lights);
         merged.truncate(tiles[(tile_count as usize - 1) * TILE_STRIDE + top as usize + 1] as usize);
+        let descent = outputs.descent.unwrap();
         Readback {
+            tables: self.read(descent.tables),
+            representatives: self.read(descent.representatives),
+            index_bits: descent.index_bits,
             grid: Grid { placement: placement[0], levels: self.shape.levels },
             occupancy: self.read(outputs.grid.occupancy),
             ranks: self.read(outputs.grid.ranks),
@@ -140,8 +150,8 @@ pub fn shape(options: Options) -> FrameShape {
         vpl_capacity: options.light_capacity,
         scene_light_count: 0,
         grid_capacity: options.grid_capacity.unwrap_or(all),
-        upper_capacity: 1,
-        shadow_points: ShadowPoints::Deviation,
+        upper_capacity: options.grid_capacity.unwrap_or(all),
+        shadow_points: ShadowPoints::Descent,
         shadow_samples: 0,
         reservoir: Reservoir::Lock,
         build: options.build,

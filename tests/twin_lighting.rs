@@ -1,0 +1,142 @@
+//! The light volumes against a sum over all lights on the CPU: blending, lobes, singularity clamp, interleaved
+//! viewports. Also that what covers no pixel loses none.
+
+mod common;
+
+use common::compare::Verdict;
+use glam::Vec3;
+use gridlight::cpu::grid::Grid;
+use gridlight::cpu::lights::{blend_weight, light_response};
+use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
+use gridlight::scene::testing::box_room;
+use gridlight::scene::{Camera, Light, Scene};
+use gridlight::settings::{Settings, Size, Technique};
+use gridlight::shared::{GridLight, GridPlacement};
+
+const ALBEDO: f32 = 0.5;
+
+/// A closed room with one lamp, seen from inside.
+fn room() -> Scene {
+    let mut scene = box_room(4.0, Vec3::splat(ALBEDO));
+    scene.lights = vec![Light::Point { position_ws: Vec3::new(0.3, 0.9, 0.2), intensity: Vec3::new(9.0, 6.0, 3.0) }];
+    let forward_ws = Vec3::new(0.7, -0.2, -0.9).normalize();
+    let right_ws = forward_ws.cross(Vec3::Y).normalize();
+    scene.cameras = vec![Camera {
+        name: "inside".into(),
+        position_ws: Vec3::new(-1.5, 0.3, 1.4),
+        right_ws,
+        up_ws: right_ws.cross(forward_ws),
+        forward_ws,
+        yfov_rad: 1.2,
+        near: 0.01,
+    }];
+    scene
+}
+
+fn settings(alpha: f32, first_level: u32) -> Settings {
+    Settings {
+        size: Size { width: 40, height: 26 },
+        vpls: 2000,
+        alpha,
+        first_level,
+        shadow_samples: 0,
+        clamp: 0.02,
+        ..Settings::default()
+    }
+}
+
+/// Radiance of one frame, with the lights that made it.
+fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Option<Grid>) {
+    let test = common::gpu();
+    let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
+    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
+    let ticket = renderer.submit().unwrap();
+    renderer.wait(ticket).unwrap();
+    let radiance = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
+    let Some(hierarchy) = renderer.outputs().hierarchy else { return (radiance, Vec::new(), None) };
+    let read = |buffer| renderer.executor().read_buffer(buffer).unwrap();
+    let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.tiles));
+    let levels = renderer.shape().levels;
+    let mut lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
+    lights.truncate(tiles[levels.top as usize + 1] as usize);
+    let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
+    (radiance, lights, Some(Grid { placement: placement[0], levels }))
+}
+
+/// The lighting of one pixel by every light in turn.
+fn lighting(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid, p: Vec3, normal: Vec3) -> Vec3 {
+    let clamp_squared = (settings.clamp * scene.bounds.radius()).powi(2);
+    let top = grid.levels.top;
+    lights
+        .iter()
+        .map(|light| {
+            let offset = Vec3::from(light.position_ws) - p;
+            let radius = settings.alpha * grid.cell_size(light.level);
+            let weight = blend_weight(offset.length(), radius, light.level, settings.first_level, top);
+            let response = light_response(offset, offset.length(), normal, Vec3::from(light.lobe), clamp_squared);
+            Vec3::from(light.flux) * (weight * response)
+        })
+        .sum()
+}
+
+/// Where the ray through a pixel's centre meets the room, and the wall's normal.
+fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, x: u32, y: u32) -> (Vec3, Vec3) {
+    let half = (camera.yfov_rad * 0.5).tan();
+    let ndc_x = (x as f32 + 0.5) / size.width as f32 * 2.0 - 1.0;
+    let ndc_y = 1.0 - (y as f32 + 0.5) / size.height as f32 * 2.0;
+    let aspect = size.width as f32 / size.height as f32;
+    let direction = camera.forward_ws + camera.right_ws * (ndc_x * half * aspect) + camera.up_ws * (ndc_y * half);
+    let ray = Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX };
+    let position = ray.origin + direction * bvh.trace_closest(&ray).expect("the room is closed").t;
+    let axis = position.abs().max_position();
+    let mut normal = Vec3::ZERO;
+    normal[axis] = -position[axis].signum();
+    (position, normal)
+}
+
+/// All pixels but the odd one on an edge within 0.5 %: positions come from depth on one side and from a ray on the
+/// other, and a light close to a wall magnifies the difference.
+fn compare(gpu: &[Vec3], cpu: &[Vec3]) -> Verdict {
+    let far = |(a, b): &(&Vec3, &Vec3)| (**a - **b).abs().max_element() > 5e-3 * b.max_element();
+    let wrong = gpu.iter().zip(cpu).filter(far).count();
+    if wrong > gpu.len() / 100 {
+        let worst = gpu.iter().zip(cpu).position(|pair| far(&pair)).unwrap_or(0);
+        return Err(format!("{wrong} of {} pixels differ, the first {worst}: {} {}", gpu.len(), gpu[worst], cpu[worst]));
+    }
+    Ok(())
+}
+
+/// Indirect lighting per unit albedo on both sides.
+fn both(alpha: f32, first_level: u32) -> (Vec<Vec3>, Vec<Vec3>) {
+    let scene = room();
+    let settings = settings(alpha, first_level);
+    let (direct, ..) = render(&scene, &Settings { technique: Technique::Direct, ..settings.clone() });
+    let (all, lights, grid) = render(&scene, &settings);
+    let grid = grid.expect("the hierarchy has a grid");
+    let gpu: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| (*all - *direct) / ALBEDO).collect();
+    let bvh = build_binary(&scene);
+    let cpu = (0..settings.size.height)
+        .flat_map(|y| (0..settings.size.width).map(move |x| (x, y)))
+        .map(|(x, y)| {
+            let (position, normal) = surface(&bvh, &scene.cameras[0], settings.size, x, y);
+            lighting(&settings, &scene, &lights, &grid, position, normal)
+        })
+        .collect();
+    (gpu, cpu)
+}
+
+#[test]
+fn light_volumes_are_a_sum_over_all_lights() {
+    for (alpha, first_level) in [(0.5, 1), (1.0, 1), (2.0, 1), (1.0, 0)] {
+        let (gpu, cpu) = both(alpha, first_level);
+        compare(&gpu, &cpu).unwrap_or_else(|e| panic!("alpha {alpha}, first level {first_level}: {e}"));
+    }
+}
+
+#[test]
+fn a_lighting_wrong_by_a_hundredth_is_noticed() {
+    let (gpu, cpu) = both(1.0, 1);
+    let brighter: Vec<Vec3> = cpu.iter().map(|v| *v * 1.01).collect();
+    assert!(compare(&gpu, &brighter).is_err());
+}

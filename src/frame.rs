@@ -103,18 +103,12 @@ fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, H
             Filter::None => estimates,
         }
     });
-    let outputs =
-        HierarchyOutputs { lights, placement, grid, merged, descent, overdraw: lighting.overdraw };
+    let outputs = HierarchyOutputs { lights, placement, grid, merged, descent, overdraw: lighting.overdraw };
     (Indirect { lighting: composited, shadows }, outputs)
 }
 
 /// Adds the descent passes when shadow rays need them.
-fn add_descent(
-    frame: &mut Frame,
-    lights: &Lights,
-    placement: BufferHandle,
-    grid: &GridLights,
-) -> Option<Descent> {
+fn add_descent(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights) -> Option<Descent> {
     match frame.shape.shadow_points {
         ShadowPoints::Descent => Some(descent::add(frame, lights, placement, grid)),
         ShadowPoints::Deviation => None,

@@ -53,7 +53,6 @@ fn check_tables(gpu: &Readback, level: u32) -> Result<(), String> {
         if parts.iter().any(|(_, part)| gpu.lights[*part].level != level - 1) {
             return Err(format!("light {index} has a part that is not of level {}", level - 1));
         }
-
     }
     Ok(())
 }

@@ -102,7 +102,12 @@ fn compare(gpu: &[Vec3], cpu: &[Vec3]) -> Verdict {
     let wrong = gpu.iter().zip(cpu).filter(far).count();
     if wrong > gpu.len() / 100 {
         let worst = gpu.iter().zip(cpu).position(|pair| far(&pair)).unwrap_or(0);
-        return Err(format!("{wrong} of {} pixels differ, the first {worst}: {} {}", gpu.len(), gpu[worst], cpu[worst]));
+        return Err(format!(
+            "{wrong} of {} pixels differ, the first {worst}: {} {}",
+            gpu.len(),
+            gpu[worst],
+            cpu[worst]
+        ));
     }
     Ok(())
 }

@@ -53,7 +53,8 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
 }
 
 fn build_tables(frame: &mut Frame, grid: &GridLights) -> BufferHandle {
-    let tables = frame.graph.persistent_buffer("descent_tables", TABLE_BYTES * u64::from(frame.shape.upper_capacity.max(1)));
+    let tables =
+        frame.graph.persistent_buffer("descent_tables", TABLE_BYTES * u64::from(frame.shape.upper_capacity.max(1)));
     let dispatch = Dispatch::Indirect { buffer: grid.dispatches, offset_bytes: 0 };
     let pass = frame
         .compute("descent/build_tables", shader("descent/build_tables", dispatch))

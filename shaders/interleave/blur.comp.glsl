@@ -1,5 +1,6 @@
 // Removes the n x n pattern along one axis: averages a window that holds every sub-image equally often, without
-// crossing the discontinuity buffer. The first of the two passes also puts the pixels back in place. One thread
+// crossing the discontinuity buffer. Where a surface is thinner than n pixels no such window exists; there the
+// average takes from across the edges, the more the fewer sub-images the surface holds. The first of the two passes also puts the pixels back in place. One thread
 // per pixel.
 #include "common/frame.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
@@ -10,6 +11,7 @@ layout(constant_id = 0) const uint AXIS = 0u;
 layout(set = 0, binding = 1) uniform texture2D lighting_image;
 layout(set = 0, binding = 2, std430) readonly buffer Edges { uint edges[]; };
 layout(set = 0, binding = 3, rgba16f) uniform writeonly image2D out_lighting;
+layout(set = 0, binding = 4) uniform texture2D depth_image;
 
 vec4 lighting_at(ivec2 pixel) {
     ivec2 p = AXIS == 0u ? ivec2(interleaved_from_pixel(uvec2(pixel))) : pixel;
@@ -34,6 +36,23 @@ int reach(ivec2 pixel, ivec2 axis, int direction) {
     return steps;
 }
 
+// The average of the n + 1 pixels about `pixel`, edges or not, as long as there is a surface.
+vec4 average_across_edges(ivec2 pixel, ivec2 axis) {
+    int half_window = int(interleave()) / 2;
+    vec4 sum = vec4(0.0);
+    float weights = 0.0;
+    for (int i = -half_window; i <= half_window; ++i) {
+        ivec2 p = pixel + i * axis;
+        bool inside = all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(image_size())));
+        if (inside && texelFetch(depth_image, p, 0).x > 0.0) {
+            float weight = abs(i) == half_window ? 0.5 : 1.0;
+            sum += weight * lighting_at(p);
+            weights += weight;
+        }
+    }
+    return sum / max(weights, 1e-20);
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(uvec2(pixel), image_size()))) {
@@ -55,5 +74,10 @@ void main() {
         sum += weight * lighting_at(pixel + i * axis);
         weights += weight;
     }
-    imageStore(out_lighting, pixel, sum / weights);
+    vec4 average = sum / weights;
+    int count = last - first + 1;
+    if (count < n) {
+        average = mix(average_across_edges(pixel, axis), average, float(count) / float(n));
+    }
+    imageStore(out_lighting, pixel, average);
 }

@@ -60,11 +60,11 @@ pub fn composite(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle) ->
         .bind(2, gbuffer.normals, Access::ComputeSampled)
         .bind(3, edges, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    let along_x = blur(frame, 0, lighting, edges);
-    blur(frame, 1, along_x, edges)
+    let along_x = blur(frame, gbuffer, 0, lighting, edges);
+    blur(frame, gbuffer, 1, along_x, edges)
 }
 
-fn blur(frame: &mut Frame, axis: u32, lighting: ImageHandle, edges: BufferHandle) -> ImageHandle {
+fn blur(frame: &mut Frame, gbuffer: &GBuffer, axis: u32, lighting: ImageHandle, edges: BufferHandle) -> ImageHandle {
     let name = ["x", "y"][axis as usize];
     let blurred = frame.image(&format!("lighting_blurred_{name}"), vk::Format::R16G16B16A16_SFLOAT);
     let work = ComputeWork { constants: vec![axis], ..shader("interleave/blur", frame.per_pixel()) };
@@ -72,7 +72,8 @@ fn blur(frame: &mut Frame, axis: u32, lighting: ImageHandle, edges: BufferHandle
         .compute(&format!("interleave/blur_{name}"), work)
         .bind(1, lighting, Access::ComputeSampled)
         .bind(2, edges, Access::ComputeRead)
-        .bind(3, blurred, Access::ComputeWrite);
+        .bind(3, blurred, Access::ComputeWrite)
+        .bind(4, gbuffer.depth, Access::ComputeSampled);
     frame.graph.add_pass(pass);
     blurred
 }

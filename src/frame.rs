@@ -98,13 +98,14 @@ fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, H
     let shadows = lighting.reservoirs.map(|reservoirs| {
         let inputs = shadow_rays::Inputs { merged, lighting, reservoirs, lights, grid, descent };
         let estimates = shadow_rays::add(frame, gbuffer, &inputs);
+        let estimates = interleave::smooth_estimates(frame, gbuffer, &composited, estimates);
         match frame.shape.filter {
-            Filter::Atrous => atrous::add(frame, gbuffer, composited, estimates),
+            Filter::Atrous => atrous::add(frame, gbuffer, composited.lighting, estimates),
             Filter::None => estimates,
         }
     });
     let outputs = HierarchyOutputs { lights, placement, grid, merged, descent, overdraw: lighting.overdraw };
-    (Indirect { lighting: composited, shadows }, outputs)
+    (Indirect { lighting: composited.lighting, shadows }, outputs)
 }
 
 /// Adds the descent passes when shadow rays need them.

@@ -1,20 +1,22 @@
 // Removes the n x n pattern along one axis: averages a window that holds every sub-image equally often, without
 // crossing the discontinuity buffer. Where a surface is thinner than n pixels no such window exists; there the
-// average takes from across the edges, the more the fewer sub-images the surface holds. The first of the two passes also puts the pixels back in place. One thread
-// per pixel.
+// average takes from across the edges, the more the fewer sub-images the surface holds. The first pass over the
+// lighting also puts the pixels back in place. One thread per pixel.
 #include "common/frame.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
-// 0: along x, reading the interleaved layout; 1: along y, reading the picture's.
+// 0: along x; 1: along y.
 layout(constant_id = 0) const uint AXIS = 0u;
+// Whether the input is in the interleaved layout rather than the picture's.
+layout(constant_id = 1) const uint READS_INTERLEAVED = 0u;
 layout(set = 0, binding = 1) uniform texture2D lighting_image;
 layout(set = 0, binding = 2, std430) readonly buffer Edges { uint edges[]; };
 layout(set = 0, binding = 3, rgba16f) uniform writeonly image2D out_lighting;
 layout(set = 0, binding = 4) uniform texture2D depth_image;
 
 vec4 lighting_at(ivec2 pixel) {
-    ivec2 p = AXIS == 0u ? ivec2(interleaved_from_pixel(uvec2(pixel))) : pixel;
+    ivec2 p = READS_INTERLEAVED != 0u ? ivec2(interleaved_from_pixel(uvec2(pixel))) : pixel;
     return texelFetch(lighting_image, p, 0);
 }
 

@@ -4,6 +4,7 @@
 use ash::vk;
 
 use super::gbuffer::GBuffer;
+use super::shadow_rays::ShadowEstimates;
 use super::{Frame, shader};
 use crate::gpu::{ComputeWork, DepthTarget, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work};
 use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo, Pass};
@@ -47,10 +48,19 @@ pub fn split_depth(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
     depth
 }
 
-/// Adds the compositing passes; gives the lighting in the picture's layout.
-pub fn composite(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle) -> ImageHandle {
+/// The lighting put together.
+#[derive(Clone, Copy, Debug)]
+pub struct Composite {
+    /// Lighting in the picture's layout.
+    pub lighting: ImageHandle,
+    /// The discontinuity buffer; `None` without interleaving.
+    pub edges: Option<BufferHandle>,
+}
+
+/// Adds the compositing passes.
+pub fn composite(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle) -> Composite {
     if frame.shape.interleave == 1 {
-        return lighting;
+        return Composite { lighting, edges: None };
     }
     let pixels = u64::from(frame.shape.width_px) * u64::from(frame.shape.height_px);
     let edges = frame.graph.transient_buffer("discontinuities", 4 * pixels);
@@ -60,20 +70,49 @@ pub fn composite(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle) ->
         .bind(2, gbuffer.normals, Access::ComputeSampled)
         .bind(3, edges, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    let along_x = blur(frame, gbuffer, 0, lighting, edges);
-    blur(frame, gbuffer, 1, along_x, edges)
+    let lighting = blur(frame, gbuffer, edges, Input { what: "lighting", image: lighting, interleaved: true });
+    Composite { lighting, edges: Some(edges) }
 }
 
-fn blur(frame: &mut Frame, gbuffer: &GBuffer, axis: u32, lighting: ImageHandle, edges: BufferHandle) -> ImageHandle {
-    let name = ["x", "y"][axis as usize];
-    let blurred = frame.image(&format!("lighting_blurred_{name}"), vk::Format::R16G16B16A16_SFLOAT);
-    let work = ComputeWork { constants: vec![axis], ..shader("interleave/blur", frame.per_pixel()) };
-    let pass = frame
-        .compute(&format!("interleave/blur_{name}"), work)
-        .bind(1, lighting, Access::ComputeSampled)
-        .bind(2, edges, Access::ComputeRead)
-        .bind(3, blurred, Access::ComputeWrite)
-        .bind(4, gbuffer.depth, Access::ComputeSampled);
-    frame.graph.add_pass(pass);
-    blurred
+/// Adds the passes that take the n x n pattern out of the shadow estimates: each pixel's are of its sub-image.
+pub fn smooth_estimates(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    composite: &Composite,
+    estimates: ShadowEstimates,
+) -> ShadowEstimates {
+    let Some(edges) = composite.edges else { return estimates };
+    let mut smooth = |what, image| blur(frame, gbuffer, edges, Input { what, image, interleaved: false });
+    ShadowEstimates {
+        shadowed: smooth("shadowed", estimates.shadowed),
+        unshadowed: smooth("unshadowed", estimates.unshadowed),
+    }
+}
+
+/// An image to blur.
+#[derive(Clone, Copy)]
+struct Input {
+    what: &'static str,
+    image: ImageHandle,
+    /// In the interleaved layout rather than the picture's.
+    interleaved: bool,
+}
+
+/// Blurs along x, then along y.
+fn blur(frame: &mut Frame, gbuffer: &GBuffer, edges: BufferHandle, input: Input) -> ImageHandle {
+    let mut image = input.image;
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        let blurred = frame.image(&format!("{}_blurred_{name}", input.what), vk::Format::R16G16B16A16_SFLOAT);
+        let constants = vec![axis as u32, u32::from(input.interleaved && axis == 0)];
+        let work = ComputeWork { constants, ..shader("interleave/blur", frame.per_pixel()) };
+        let pass = frame
+            .compute(&format!("interleave/blur_{}_{name}", input.what), work)
+            .bind(1, image, Access::ComputeSampled)
+            .bind(2, edges, Access::ComputeRead)
+            .bind(3, blurred, Access::ComputeWrite)
+            .bind(4, gbuffer.depth, Access::ComputeSampled);
+        frame.graph.add_pass(pass);
+        image = blurred;
+    }
+    image
 }

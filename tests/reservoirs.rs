@@ -133,9 +133,22 @@ fn every_mode_gives_the_same_mean_shadow() {
     let shadow = unshadowed - exact;
     // 3072 pixels of 8 samples each: the mean shadow's deviation is below a hundredth; races lose a few updates.
     for (name, other, tolerance) in [("lock", lock, 0.05), ("race", race, 0.1)] {
-        let difference = (unshadowed - other - shadow).abs() / shadow;
-        assert!(difference < tolerance, "{name}: mean shadow differs by {difference}");
+        same_shadow(shadow, unshadowed - other, tolerance).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
+}
+
+/// Whether two mean shadows agree within a relative tolerance.
+fn same_shadow(expected: f64, shadow: f64, tolerance: f64) -> Result<(), String> {
+    let difference = (shadow - expected).abs() / expected;
+    if difference < tolerance { Ok(()) } else { Err(format!("mean shadow differs by {difference}")) }
+}
+
+#[test]
+fn a_mode_that_loses_a_tenth_of_the_shadow_is_noticed() {
+    assert!(same_shadow(0.2, 0.2 * 0.97, 0.05).is_ok());
+    assert!(same_shadow(0.2, 0.2 * 0.9, 0.05).is_err());
+    assert!(same_shadow(0.2, 0.2 * 1.1, 0.05).is_err());
+    assert!(same_shadow(0.2, f64::NAN, 0.05).is_err());
 }
 
 #[test]

@@ -81,7 +81,6 @@ pub struct Renderer {
     outputs: FrameOutputs,
     data: FrameData,
     shape: FrameShape,
-    technique: Technique,
 }
 
 impl Renderer {
@@ -90,30 +89,29 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] when the settings do not fit the device; device errors.
     pub fn new(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<Self> {
-        Self::with_statistics(gpu, scene, camera, settings, false)
+        check_lights(scene, settings)?;
+        let mut shape = base_shape(gpu, scene, settings)?;
+        if settings.technique == Technique::Lgh {
+            calibrate(gpu, scene, camera, settings, &mut shape)?;
+        }
+        Self::with_shape(gpu, scene, camera, settings, shape)
     }
 
-    /// The same with fragments counted, for statistics outside the measured frames.
+    /// Compiles a frame of a known shape, such as that of another renderer with fragments counted.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
-    pub fn with_statistics(
+    /// Device errors.
+    pub fn with_shape(
         gpu: &Arc<Gpu>,
         scene: &UploadedScene,
         camera: &Camera,
         settings: &Settings,
-        count_overdraw: bool,
+        shape: FrameShape,
     ) -> Result<Self> {
-        check_lights(scene, settings)?;
-        let mut shape = base_shape(gpu, scene, settings)?;
-        shape.count_overdraw = count_overdraw;
-        if settings.technique == Technique::Lgh {
-            calibrate(gpu, scene, camera, settings, &mut shape)?;
-        }
         let (graph, outputs) = frame::build(settings.technique, shape.clone());
         let executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
         let data = frame_data(gpu, scene, camera, settings, &shape);
-        Ok(Self { executor, outputs, data, shape, technique: settings.technique })
+        Ok(Self { executor, outputs, data, shape })
     }
 
     /// Submits one frame.
@@ -130,11 +128,6 @@ impl Renderer {
     /// When the device is lost.
     pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
         self.executor.wait(ticket)
-    }
-
-    /// Uses another seed from the next frame on.
-    pub fn set_seed(&mut self, seed: u32) {
-        self.data.lights[0] = seed;
     }
 
     /// Names of the passes in order.
@@ -159,12 +152,6 @@ impl Renderer {
     #[must_use]
     pub fn shape(&self) -> &FrameShape {
         &self.shape
-    }
-
-    /// The technique in use.
-    #[must_use]
-    pub fn technique(&self) -> Technique {
-        self.technique
     }
 
     /// Linear radiance of the last frame, RGB, row 0 at the top.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use gridlight::gpu::{Gpu, Work};
+use gridlight::passes::FrameShape;
 use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
@@ -111,7 +112,11 @@ fn render(
     camera: &gridlight::scene::Camera,
     settings: &Settings,
 ) -> BTreeSet<String> {
-    let mut renderer = Renderer::with_statistics(gpu, scene, camera, settings, settings.first_level == 0).unwrap();
+    let mut renderer = Renderer::new(gpu, scene, camera, settings).unwrap();
+    if settings.first_level == 0 {
+        let shape = FrameShape { count_overdraw: true, ..renderer.shape().clone() };
+        renderer = Renderer::with_shape(gpu, scene, camera, settings, shape).unwrap();
+    }
     for _ in 0..2 {
         let ticket = renderer.submit().unwrap();
         renderer.wait(ticket).unwrap();

@@ -66,7 +66,8 @@ void main() {
     float center_ratio = shadow_ratio(texelFetch(shadowed_image, pixel, 0).rgb, texelFetch(unshadowed_image, pixel, 0).rgb);
     float footprint = 2.0 * length(frame.up.xyz) / float(size.y) * frame.eye_near.w / depth;
     float plane_scale = 1.0 / (PLANE_SIGMA * footprint);
-    float nearness_scale = 1.0 / (NEARNESS_SIGMA * footprint * float(step_px) * NEARNESS_SIGMA * footprint * float(step_px));
+    float nearness = NEARNESS_SIGMA * footprint * float(step_px);
+    float nearness_scale = 1.0 / (nearness * nearness);
     Estimate strict = Estimate(vec3(0.0), vec3(0.0), 0.0);
     float alike = 0.0;
     Estimate relaxed = Estimate(vec3(0.0), vec3(0.0), 0.0);

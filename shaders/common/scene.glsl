@@ -23,14 +23,7 @@ struct BvhTriangle {
     uint flags;
 };
 
-// Rust: shared::GpuMaterial.
-struct Material {
-    vec4 base_color;
-    uint albedo_layer;
-    float alpha_cutoff;
-    float normal_scale;
-    uint has_normal_map;
-};
+#include "common/material.glsl"
 
 // Rust: shared::PunctualLight.
 struct PunctualLight {

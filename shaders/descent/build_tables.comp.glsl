@@ -16,17 +16,15 @@ layout(set = 0, binding = 4, std430) readonly buffer LevelTable { uint level_tab
 layout(set = 0, binding = 5, std430) writeonly buffer Descent { uint descent[]; };
 
 #include "common/level_table.glsl"
+#include "common/occupancy.glsl"
 
-// Index of the grid light at a vertex, or NO_LIGHT.
+// The same for a vertex that may lie outside the grid.
 uint light_at(ivec3 vertex, uint level) {
     int n = int(vertices_per_axis(level));
     if (any(lessThan(vertex, ivec3(0))) || any(greaterThanEqual(vertex, ivec3(n)))) {
         return NO_LIGHT;
     }
-    uint word = occupancy_word(uvec3(vertex), level);
-    uint bit = 1u << (uint(vertex.x) % 32u);
-    uint rank = ranks[word] - ranks[first_word(level)] + uint(bitCount(occupancy[word] & (bit - 1u)));
-    return (occupancy[word] & bit) != 0u && rank < level_count(level) ? level_first(level) + rank : NO_LIGHT;
+    return grid_light_at(uvec3(vertex), level);
 }
 
 void main() {

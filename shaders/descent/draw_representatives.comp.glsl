@@ -17,6 +17,7 @@ layout(set = 0, binding = 7, std430) buffer Representatives { uint representativ
 layout(push_constant) uniform Push { uint index_bits; };
 
 #include "common/level_table.glsl"
+#include "common/occupancy.glsl"
 
 void main() {
     uint light = linear_thread();
@@ -29,17 +30,14 @@ void main() {
     for (uint i = 0u; i < 8u; ++i) {
         uvec3 corner = uvec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
         float share = trilinear_weight(cells - vec3(cell), corner) * m;
-        uvec3 vertex = cell + corner;
-        uint word = occupancy_word(vertex, 1u);
-        uint bit = 1u << (vertex.x % 32u);
-        uint rank = ranks[word] - ranks[first_word(1u)] + uint(bitCount(occupancy[word] & (bit - 1u)));
-        if (share <= 0.0 || (occupancy[word] & bit) == 0u || rank >= level_count(1u)) {
+        uint s1 = grid_light_at(cell + corner, 1u);
+        if (share <= 0.0 || s1 == NO_LIGHT) {
             continue;
         }
         uint random_state = hash(light, i, frame_seed() ^ 0x27d4eb2fu);
         for (uint r = 0u; r < REPRESENTATIVES; ++r) {
             uint key = race_key(random(random_state), share, index_bits);
-            atomicMin(representatives[(level_first(1u) + rank) * REPRESENTATIVES + r], key | light);
+            atomicMin(representatives[s1 * REPRESENTATIVES + r], key | light);
         }
     }
 }

@@ -2,14 +2,7 @@
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 
-// Rust: shared::GpuMaterial.
-struct Material {
-    vec4 base_color;
-    uint albedo_layer;
-    float alpha_cutoff;
-    float normal_scale;
-    uint has_normal_map;
-};
+#include "common/material.glsl"
 
 layout(set = 1, binding = 4, std430) readonly buffer Materials { Material materials[]; };
 layout(set = 2, binding = 0) uniform sampler2D base_color_texture;

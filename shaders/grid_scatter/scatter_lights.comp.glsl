@@ -20,6 +20,7 @@ layout(set = 0, binding = 7, std430) buffer Moments { uint moments[]; };
 layout(push_constant) uniform Push { uint level; };
 
 #include "common/level_table.glsl"
+#include "common/occupancy.glsl"
 
 void add_moment(uint record, uint moment, float value) {
     uvec2 words = fixed_from_float(value);
@@ -64,16 +65,9 @@ void main() {
     for (uint i = 0u; i < 8u; ++i) {
         uvec3 corner = uvec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
         float weight = trilinear_weight(fraction, corner);
-        uvec3 vertex = cell + corner;
-        uint word = occupancy_word(vertex, level);
-        uint bit = 1u << (vertex.x % 32u);
-        if ((occupancy[word] & bit) == 0u || weight <= 0.0) {
-            continue;
-        }
-        uint below = uint(bitCount(occupancy[word] & (bit - 1u)));
-        uint rank = ranks[word] - ranks[first_word(level)] + below;
-        if (rank < level_count(level)) {
-            add_moments(level_first(level) + rank, weight, fraction - vec3(corner), m, normal, flux);
+        uint record = grid_light_at(cell + corner, level);
+        if (record != NO_LIGHT && weight > 0.0) {
+            add_moments(record, weight, fraction - vec3(corner), m, normal, flux);
         }
     }
 }

@@ -35,7 +35,7 @@ uint light_of_path(float position) {
 }
 
 // Start of a path; its flux is the light's flux over the expected number of its paths.
-Emission emit_path(PunctualLight light, vec2 u, vec2 direction_u) {
+Emission emit_path(PunctualLight light, vec2 u) {
     float paths = max(light.path_probability * float(frame.counts.z), 1e-20);
     if (light.kind == LIGHT_DIRECTIONAL) {
         // Uniform over the disc that covers the scene's bounding sphere.
@@ -70,7 +70,7 @@ void main() {
     uint random_state = hash(path, frame_seed());
     float position = (float(path) + random(random_state)) / float(frame.counts.z);
     vec2 u = r2_sequence(path, frame_seed());
-    Emission emission = emit_path(punctual_lights[light_of_path(position)], u, vec2(0.0));
+    Emission emission = emit_path(punctual_lights[light_of_path(position)], u);
     vec3 origin = emission.origin;
     vec3 direction = emission.direction;
     vec3 flux = emission.flux;

@@ -2,7 +2,7 @@
 
 use super::compaction::{GridLights, Lights};
 use super::{Frame, shader};
-use crate::gpu::{ComputeWork, Dispatch};
+use crate::gpu::Dispatch;
 use crate::graph::{Access, BufferHandle};
 use crate::shared::{GridLight, MAX_LEVEL};
 
@@ -40,9 +40,8 @@ pub fn add(frame: &mut Frame, lights: &Lights, grid: &GridLights) -> MergedLight
         .bind(5, dispatch, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     let indirect = Dispatch::Indirect { buffer: dispatch, offset_bytes: 0 };
-    let work = ComputeWork { ..shader("merge/merge_lights", indirect) };
     let pass = frame
-        .compute("merge", work)
+        .compute("merge", shader("merge/merge_lights", indirect))
         .bind(1, grid.lights, Access::ComputeRead)
         .bind(2, grid.level_table, Access::ComputeRead)
         .bind(3, merged.tiles, Access::ComputeRead)

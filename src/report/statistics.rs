@@ -5,9 +5,10 @@ use std::sync::Arc;
 use super::timings::Counts;
 use crate::Result;
 use crate::gpu::Gpu;
+use crate::passes::FrameShape;
 use crate::renderer::{Renderer, UploadedScene};
 use crate::scene::Camera;
-use crate::settings::{Settings, Technique};
+use crate::settings::Settings;
 
 /// Counts of the last frame of `renderer`; renders one more frame with fragments counted.
 ///
@@ -33,10 +34,9 @@ pub fn count(
     counts.level_count = top;
     counts.grid_lights_per_level = (1..=top as usize).map(|l| levels[2 * l + 1]).collect();
     warn_of_overflow(lights[2], levels.last().copied().unwrap_or(0));
-    if settings.technique == Technique::Lgh {
-        let (mean, most) = overdraw(gpu, scene, camera, settings)?;
-        (counts.overdraw_mean, counts.overdraw_max) = (mean, most);
-    }
+    let shape = FrameShape { count_overdraw: true, ..renderer.shape().clone() };
+    let (mean, most) = overdraw(Renderer::with_shape(gpu, scene, camera, settings, shape)?)?;
+    (counts.overdraw_mean, counts.overdraw_max) = (mean, most);
     Ok(counts)
 }
 
@@ -47,14 +47,13 @@ fn warn_of_overflow(vpls: u32, grid_lights: u32) {
 }
 
 /// Mean and largest number of light-volume fragments per pixel.
-fn overdraw(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<(f64, u32)> {
-    let mut renderer = Renderer::with_statistics(gpu, scene, camera, settings, true)?;
+fn overdraw(mut renderer: Renderer) -> Result<(f64, u32)> {
     let ticket = renderer.submit()?;
     renderer.wait(ticket)?;
     let Some(hierarchy) = renderer.outputs().hierarchy else { return Ok((0.0, 0)) };
     let bytes = renderer.executor().read_buffer(hierarchy.overdraw)?;
     let fragments: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
-    let pixels = f64::from(settings.size.width) * f64::from(settings.size.height);
+    let pixels = f64::from(renderer.shape().width_px) * f64::from(renderer.shape().height_px);
     let sum: f64 = fragments.iter().map(|f| f64::from(*f)).sum();
     Ok((sum / pixels, fragments.iter().copied().max().unwrap_or(0)))
 }

@@ -50,7 +50,7 @@ pub fn build(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutp
     let mut frame = Frame::new(shape);
     let gbuffer = gbuffer::add(&mut frame);
     let (indirect, hierarchy) = match technique {
-        Technique::Direct => (None, None),
+        Technique::Direct | Technique::BruteForce | Technique::PathTrace => (None, None),
         Technique::Lgh => {
             let (indirect, hierarchy) = lighting_grid_hierarchy(&mut frame, &gbuffer);
             (Some(indirect), Some(hierarchy))

@@ -10,7 +10,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
-pub use values::{Build, Exposure, Filter, Levels, LightSet, Reservoir, ShadowPoints, Size, Technique};
+pub use values::{
+    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, ShadowPoints, Size, Switch, Technique, View,
+};
 
 /// Everything that decides what is rendered and where it goes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +34,12 @@ pub struct Settings {
     pub camera: Option<String>,
     /// Which pipeline renders.
     pub technique: Technique,
+    /// Paths per pixel of a path-traced frame.
+    pub samples: u32,
+    /// Frames with fresh seeds and sub-pixel jitter that a picture is the mean of.
+    pub accumulate: u32,
+    /// Direct light.
+    pub direct: Switch,
     /// Which lights enter the hierarchy.
     pub lights: LightSet,
     /// Approximate number of virtual point lights.
@@ -42,12 +50,18 @@ pub struct Settings {
     pub levels: Levels,
     /// Blending radius of a level in cells of that level.
     pub alpha: f32,
+    /// How a grid light sends out its flux.
+    pub lobe: Lobe,
+    /// Where a grid light is.
+    pub center: Center,
     /// First level that lights: 0 the lights themselves, 1 the finest grid.
     pub first_level: u32,
     /// Side of the interleaving pattern in pixels.
     pub interleave: u32,
     /// Shadow rays (and reservoirs) per pixel; 0 is no shadows.
     pub shadow_samples: u32,
+    /// Shadows of the indirect light.
+    pub shadows: Switch,
     /// First level whose lights may be chosen for shadow rays.
     pub shadow_from: u32,
     /// Where on a chosen light the shadow ray ends.
@@ -60,16 +74,23 @@ pub struct Settings {
     pub filter: Filter,
     /// Singularity clamp, a fraction of the scene radius; 0 is the unclamped reference.
     pub clamp: f32,
+    /// About the longest time that one submission of a reference technique takes.
+    pub max_submit_ms: f32,
     /// Seed of every random number.
     pub seed: u32,
     /// Exposure of PNG pictures.
     pub exposure: Exposure,
+    /// What the picture shows.
+    pub view: View,
     /// Where the picture goes, `.exr` or `.png`.
     #[serde(serialize_with = "path_as_text")]
     pub output: Option<PathBuf>,
     /// Where the timings go, `.json` or `.csv`.
     #[serde(serialize_with = "path_as_text")]
     pub timings: Option<PathBuf>,
+    /// Folder for every intermediate of the last frame.
+    #[serde(serialize_with = "path_as_text")]
+    pub dump: Option<PathBuf>,
     /// Device index or a part of its name; `None` is the most capable.
     #[serde(deserialize_with = "values::name_or_index")]
     pub gpu: Option<String>,
@@ -87,24 +108,33 @@ impl Default for Settings {
             size: Size { width: 1280, height: 720 },
             camera: None,
             technique: Technique::Lgh,
+            samples: 16,
+            accumulate: 1,
+            direct: Switch::On,
             lights: LightSet::Vpl,
             vpls: 100_000,
             bounces: 3,
             levels: Levels::Auto,
             alpha: 1.0,
+            lobe: Lobe::Mixture,
+            center: Center::Intensity,
             first_level: 1,
             interleave: 1,
             shadow_samples: 4,
+            shadows: Switch::On,
             shadow_from: 2,
             shadow_points: ShadowPoints::Descent,
             reservoir: None,
             build: Build::Gather,
             filter: Filter::Atrous,
             clamp: 0.01,
+            max_submit_ms: 200.0,
             seed: 1,
             exposure: Exposure::Auto,
+            view: View::Final,
             output: None,
             timings: None,
+            dump: None,
             gpu: None,
             validation: false,
         }
@@ -193,25 +223,34 @@ mod tests {
             warmup: 2,
             size: Size { width: 320, height: 180 },
             camera: Some("atrium".into()),
-            technique: Technique::Direct,
+            technique: Technique::PathTrace,
+            samples: 3,
+            accumulate: 4,
+            direct: Switch::Off,
             lights: LightSet::Both,
             vpls: 1_000_000,
             bounces: 5,
             levels: Levels::Fixed(7),
             alpha: 1.7,
+            lobe: Lobe::ClampedNormal,
+            center: Center::Uniform,
             first_level: 0,
             interleave: 4,
             shadow_samples: 16,
+            shadows: Switch::Off,
             shadow_from: 3,
             shadow_points: ShadowPoints::Deviation,
             reservoir: Some(Reservoir::Lock),
             build: Build::Scatter,
             filter: Filter::None,
             clamp: 0.0,
+            max_submit_ms: 50.5,
             seed: u32::MAX,
             exposure: Exposure::Fixed(0.3),
+            view: View::ShadowRatio,
             output: Some("o.exr".into()),
             timings: Some("t.csv".into()),
+            dump: Some("d".into()),
             gpu: Some("llvmpipe".into()),
             validation: true,
         }

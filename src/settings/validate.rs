@@ -3,6 +3,8 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use clap::ValueEnum;
+
 use super::{Exposure, Levels, LightSet, Settings, Technique};
 use crate::report::files::FileKind;
 use crate::{Error, Result};
@@ -34,6 +36,9 @@ impl Settings {
 
     fn validate_method(&self) -> Result<()> {
         at_least_one("vpls", self.vpls)?;
+        at_least_one("samples", self.samples)?;
+        at_least_one("accumulate", self.accumulate)?;
+        above_zero("max-submit-ms", self.max_submit_ms)?;
         within("bounces", self.bounces, 0..=64)?;
         if let Levels::Fixed(levels) = self.levels {
             within("levels", levels, 2..=10)?;
@@ -54,11 +59,11 @@ impl Settings {
     }
 
     fn validate_combinations(&self) -> Result<()> {
-        let direct = self.technique == Technique::Direct;
-        require(!direct || self.reservoir.is_none(), || {
-            "technique direct has no reservoirs: leave reservoir out, or choose technique lgh".to_owned()
+        let name = self.technique.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+        require(self.technique == Technique::Lgh || self.reservoir.is_none(), || {
+            format!("technique {name} has no reservoirs: leave reservoir out, or choose technique lgh")
         })?;
-        let traced = self.technique == Technique::Lgh && self.lights != LightSet::Scene;
+        let traced = matches!(self.technique, Technique::Lgh | Technique::BruteForce) && self.lights != LightSet::Scene;
         require(!traced || self.bounces > 0, || {
             "bounces 0 leaves no virtual point lights: give at least 1, or choose lights scene".to_owned()
         })?;

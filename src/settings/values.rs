@@ -14,6 +14,85 @@ pub enum Technique {
     Lgh,
     /// Direct light only.
     Direct,
+    /// Every virtual point light shaded at every pixel: the reference for the hierarchy.
+    BruteForce,
+    /// Unidirectional path tracing: the reference for everything.
+    PathTrace,
+}
+
+/// A part of the picture that can be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Switch {
+    /// With it.
+    On,
+    /// Without it.
+    Off,
+}
+
+impl Switch {
+    /// Whether it is on.
+    #[must_use]
+    pub fn is_on(self) -> bool {
+        self == Self::On
+    }
+}
+
+/// How a grid light sends out its flux.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lobe {
+    /// A clamped cosine about the mean normal for the part that agrees on it, uniform for the rest.
+    Mixture,
+    /// A clamped cosine about the mean normal, scaled by its length: loses flux where normals disagree.
+    ClampedNormal,
+    /// First-order spherical harmonics, clamped at zero.
+    Sh1,
+    /// The non-linear first-order reconstruction of Geomerics: never negative, keeps the flux.
+    Sh1Nonlinear,
+}
+
+/// Where a grid light is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Center {
+    /// The mean position of its lights, weighted by luminance.
+    Intensity,
+    /// The mean position of its lights, each counting the same.
+    Uniform,
+}
+
+/// What the picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum View {
+    /// The finished picture.
+    #[default]
+    Final,
+    /// Linear base colour.
+    Albedo,
+    /// Shading normal.
+    Normal,
+    /// Distance along the viewing direction.
+    Depth,
+    /// Direct light.
+    Direct,
+    /// Indirect light without shadows.
+    Indirect,
+    /// Shadow ratio before the filter.
+    ShadowRatio,
+    /// Shadow ratio after the filter.
+    ShadowRatioFiltered,
+    /// Mean level of the lights chosen for shadow rays.
+    SelectedLevel,
+    /// Light-volume fragments per pixel.
+    Overdraw,
+    /// Lights per pixel that contribute.
+    LightCount,
+    /// Blending weights: the share of each level in the lights that contribute.
+    LevelWeights,
+    /// Virtual point lights as points.
+    Vpls,
 }
 
 /// Which lights enter the hierarchy.

@@ -3,6 +3,9 @@
 use std::path::Path;
 
 use super::*;
+use crate::settings::{
+    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, ShadowPoints, Size, Switch, Technique, View,
+};
 
 fn command(args: &[&str]) -> Result<Command> {
     parse(std::iter::once("gridlight").chain(args.iter().copied()))
@@ -47,10 +50,10 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --lights both --vpls 7 \
-        --bounces 5 --levels 6 --alpha 2 --first-level 0 --interleave 4 --shadow-samples 16 --shadow-from 3 \
-        --shadow-points deviation --reservoir race --build scatter --filter none --clamp 0 --seed 9 --exposure 0.5 --output a.exr \
-        --timings a.json --gpu llvmpipe --validation";
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --samples 3 --accumulate 4 --direct off --lights both --vpls 7 \
+        --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
+        --shadow-points deviation --reservoir race --build scatter --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
+        --timings a.json --dump d --gpu llvmpipe --validation";
     let expected = Settings {
         scene: Some("a.gltf".into()),
         headless: true,
@@ -59,24 +62,33 @@ fn every_option_arrives() {
         size: Size { width: 320, height: 180 },
         camera: Some("atrium".into()),
         technique: Technique::Lgh,
+        samples: 3,
+        accumulate: 4,
+        direct: Switch::Off,
         lights: LightSet::Both,
         vpls: 7,
         bounces: 5,
         levels: Levels::Fixed(6),
         alpha: 2.0,
+        lobe: Lobe::Sh1,
+        center: Center::Uniform,
         first_level: 0,
         interleave: 4,
         shadow_samples: 16,
+        shadows: Switch::Off,
         shadow_from: 3,
         shadow_points: ShadowPoints::Deviation,
         reservoir: Some(Reservoir::Race),
         build: Build::Scatter,
         filter: Filter::None,
         clamp: 0.0,
+        max_submit_ms: 9.0,
         seed: 9,
         exposure: Exposure::Fixed(0.5),
+        view: View::LightCount,
         output: Some("a.exr".into()),
         timings: Some("a.json".into()),
+        dump: Some("d".into()),
         gpu: Some("llvmpipe".into()),
         validation: true,
     };
@@ -152,7 +164,7 @@ fn mistakes_get_one_sentence() {
         (&["--vpls", "many"], "invalid value 'many' for '--vpls <N>'"),
         (&["--vpls"], "a value is required for '--vpls <N>'"),
         (&["--size", "big"], "`big` is not a size of the form WIDTHxHEIGHT"),
-        (&["--technique", "magic"], "lgh, direct"),
+        (&["--technique", "magic"], "lgh, direct, brute-force, path-trace"),
         (&["--levels", "few"], "`few` is not `auto` or a whole number of levels"),
         (&["--quiet", "-v"], "cannot be used with"),
         (&["a.gltf", "b.gltf"], "unexpected argument 'b.gltf' found"),
@@ -171,7 +183,7 @@ fn help_names_every_option() {
     let options = "--headless --frames --warmup --size --camera --technique --vpls --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --reservoir --build --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
-        --lights --help --version [SCENE]";
+        --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --help --version [SCENE]";
     for option in options.split_whitespace() {
         assert!(help.contains(option), "{option} is missing in\n{help}");
     }
@@ -186,11 +198,16 @@ fn help_names_every_option() {
 #[test]
 fn help_states_the_defaults() {
     let help = shown(&["-h"]).split_whitespace().collect::<Vec<_>>().join(" ");
-    let Settings { size, frames, warmup, vpls, bounces, alpha, clamp, seed, .. } = Settings::default();
+    let Settings {
+        samples, accumulate, max_submit_ms, size, frames, warmup, vpls, bounces, alpha, clamp, seed, ..
+    } = Settings::default();
     for (option, default) in [
         ("--size <WxH>", size.to_string()),
         ("--frames <N>", frames.to_string()),
         ("--warmup <N>", warmup.to_string()),
+        ("--samples <N>", samples.to_string()),
+        ("--accumulate <N>", accumulate.to_string()),
+        ("--max-submit-ms <MS>", max_submit_ms.to_string()),
         ("--vpls <N>", vpls.to_string()),
         ("--bounces <N>", bounces.to_string()),
         ("--alpha <CELLS>", alpha.to_string()),

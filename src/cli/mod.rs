@@ -1,0 +1,129 @@
+//! The command line: what it accepts, and how it overrides a settings file.
+
+mod options;
+
+use std::ffi::OsString;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use crate::settings::Settings;
+use crate::{Error, Result};
+use options::{DeviceArgs, DiagnosticsArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs, ShadowArgs};
+
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
+
+/// How much is said on stderr and stdout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Verbosity {
+    /// How often `-v` was given.
+    pub verbose: u8,
+    /// `--quiet`: no table, no progress bars, errors only.
+    pub quiet: bool,
+}
+
+/// What the command line asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Render with these (valid) settings.
+    Render {
+        /// The settings: command line over file over defaults.
+        settings: Box<Settings>,
+        /// Print the frame graph of these settings instead of rendering.
+        print_graph: bool,
+        /// How much to say.
+        verbosity: Verbosity,
+    },
+    /// List the Vulkan devices.
+    ListGpus {
+        /// How much to say.
+        verbosity: Verbosity,
+    },
+    /// Print this text (help or version) on stdout.
+    Show(String),
+}
+
+/// Render scenes lit by very many lights with the Lighting Grid Hierarchy on Vulkan.
+#[derive(Debug, Parser)]
+#[command(name = "gridlight", version = VERSION, args_override_self = true, max_term_width = 110)]
+#[command(disable_help_flag = true, disable_version_flag = true)]
+pub struct Args {
+    #[command(flatten)]
+    run: RunArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    shadows: ShadowArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+    #[command(flatten)]
+    diagnostics: DiagnosticsArgs,
+}
+
+/// Reads a command line, program name first, and the settings file it names.
+///
+/// # Errors
+/// [`Error::Usage`] when it asks for something impossible, [`Error::File`] when the settings file
+/// cannot be read. Help and version are no errors but [`Command::Show`].
+pub fn parse<I>(args: I) -> Result<Command>
+where
+    I: IntoIterator,
+    I::Item: Into<OsString> + Clone,
+{
+    match Args::try_parse_from(args) {
+        Ok(args) => args.into_command(),
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            Ok(Command::Show(error.to_string()))
+        }
+        Err(error) => Err(Error::Usage(sentence(&error))),
+    }
+}
+
+impl Args {
+    fn into_command(self) -> Result<Command> {
+        let verbosity = Verbosity { verbose: self.diagnostics.verbose, quiet: self.diagnostics.quiet };
+        if self.device.list_gpus {
+            return Ok(Command::ListGpus { verbosity });
+        }
+        let print_graph = self.diagnostics.print_graph;
+        let settings = Box::new(self.into_settings()?);
+        if !settings.headless && !print_graph {
+            return Err(Error::Usage("there is no window yet: add --headless to render without one".to_owned()));
+        }
+        Ok(Command::Render { settings, print_graph, verbosity })
+    }
+
+    /// Command line over settings file over defaults, validated.
+    fn into_settings(self) -> Result<Settings> {
+        let file = self.run.settings.clone();
+        let mut settings = file.as_deref().map_or_else(|| Ok(Settings::default()), Settings::read)?;
+        self.run.apply(&mut settings);
+        self.picture.apply(&mut settings);
+        self.method.apply(&mut settings);
+        self.shadows.apply(&mut settings);
+        settings.gpu = self.device.gpu.or(settings.gpu);
+        settings.validation |= self.device.validation;
+        self.output.apply(&mut settings);
+        if file.is_some() && file == settings.timings {
+            return Err(Error::Usage("timings would overwrite the settings file: give another name".to_owned()));
+        }
+        settings.validate()?;
+        Ok(settings)
+    }
+}
+
+/// clap's message as one sentence: without the usage line and the pointer to `--help`.
+fn sentence(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let text = text.split("Usage:").next().unwrap_or(&text);
+    let text = text.split("For more information").next().unwrap_or(text);
+    let words: Vec<_> = text.trim_start_matches("error:").split_whitespace().collect();
+    words.join(" ").replace(" tip: ", "; ")
+}
+
+#[cfg(test)]
+mod tests;

@@ -9,8 +9,8 @@ use crate::passes::gbuffer::GBuffer;
 use crate::passes::merge::MergedLights;
 use crate::passes::tone_map::ToneMapped;
 use crate::passes::{
-    Frame, FrameShape, atrous, bounds, compaction, compose, descent, direct_light, gbuffer, grid_gather, grid_scatter,
-    interleave, light_volumes, merge, shadow_rays, tone_map, vpl_trace,
+    Frame, FrameShape, accumulate, atrous, bounds, brute_force, compaction, compose, descent, direct_light, gbuffer,
+    grid_gather, grid_scatter, interleave, light_volumes, merge, path_trace, shadow_rays, tone_map, vpl_trace,
 };
 use crate::settings::{Build, Filter, ShadowPoints, Technique};
 
@@ -50,14 +50,26 @@ pub fn build(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutp
     let mut frame = Frame::new(shape);
     let gbuffer = gbuffer::add(&mut frame);
     let (indirect, hierarchy) = match technique {
-        Technique::Direct | Technique::BruteForce | Technique::PathTrace => (None, None),
+        Technique::Direct => (None, None),
         Technique::Lgh => {
             let (indirect, hierarchy) = lighting_grid_hierarchy(&mut frame, &gbuffer);
             (Some(indirect), Some(hierarchy))
         }
+        Technique::BruteForce => {
+            let lights = trace_lights(&mut frame);
+            let lighting = brute_force::add(&mut frame, &gbuffer, &lights);
+            (Some(Indirect { lighting, shadows: None, has_share: true }), None)
+        }
+        Technique::PathTrace => {
+            let lighting = path_trace::add(&mut frame, &gbuffer);
+            (Some(Indirect { lighting, shadows: None, has_share: true }), None)
+        }
     };
-    let direct = direct_light::add(&mut frame, &gbuffer);
-    let radiance = compose::add(&mut frame, &gbuffer, direct, indirect);
+    let direct = frame.shape.direct.then(|| direct_light::add(&mut frame, &gbuffer));
+    let mut radiance = compose::add(&mut frame, &gbuffer, direct, indirect);
+    if frame.shape.accumulate {
+        radiance = accumulate::add(&mut frame, radiance);
+    }
     let tone_mapped = tone_map::add(&mut frame, radiance);
     let outputs = FrameOutputs { radiance, tone_mapped, ray_count: frame.ray_count, hierarchy };
     (frame.graph, outputs)
@@ -67,9 +79,13 @@ pub fn build(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutp
 #[must_use]
 pub fn build_lights(shape: FrameShape) -> (Graph<Work>, Lights) {
     let mut frame = Frame::new(shape);
-    let slots = vpl_trace::add(&mut frame);
-    let lights = compaction::pack_lights(&mut frame, &slots);
+    let lights = trace_lights(&mut frame);
     (frame.graph, lights)
+}
+
+fn trace_lights(frame: &mut Frame) -> Lights {
+    let slots = vpl_trace::add(frame);
+    compaction::pack_lights(frame, &slots)
 }
 
 /// The hierarchy alone, over lights that the caller writes to the S0 buffers: how the stages are tested.
@@ -86,8 +102,7 @@ pub fn build_hierarchy(shape: FrameShape) -> (Graph<Work>, HierarchyOutputs) {
 }
 
 fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, HierarchyOutputs) {
-    let slots = vpl_trace::add(frame);
-    let lights = compaction::pack_lights(frame, &slots);
+    let lights = trace_lights(frame);
     let placement = bounds::add(frame, &lights);
     let grid = construct(frame, &lights, placement);
     let merged = merge::add(frame, &lights, &grid);
@@ -105,7 +120,7 @@ fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, H
         }
     });
     let outputs = HierarchyOutputs { lights, placement, grid, merged, descent, overdraw: lighting.overdraw };
-    (Indirect { lighting: composited.lighting, shadows }, outputs)
+    (Indirect { lighting: composited.lighting, shadows, has_share: false }, outputs)
 }
 
 /// Adds the descent passes when shadow rays need them.

@@ -8,6 +8,7 @@ pub mod error;
 pub mod frame;
 pub mod gpu;
 pub mod graph;
+pub mod interrupt;
 pub mod light_grid;
 pub mod passes;
 pub mod progress;

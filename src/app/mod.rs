@@ -1,5 +1,6 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
+mod frames;
 pub mod headless;
 pub mod list_gpus;
 

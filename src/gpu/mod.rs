@@ -12,6 +12,7 @@ mod pipeline;
 mod recorder;
 mod resources;
 mod scene_set;
+mod stepped;
 mod timers;
 mod transfer;
 mod work;
@@ -24,8 +25,9 @@ pub use image::Image;
 pub use instance::{Instance, list_gpus};
 pub use resources::MemoryUse;
 pub use scene_set::{SceneData, SceneSet};
+pub use stepped::{OnStep, SteppedFrame};
 pub use work::{
-    ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, TransferOp,
+    ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat, TransferOp,
     Viewport, Work,
 };
 

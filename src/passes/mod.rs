@@ -2,8 +2,10 @@
 //!
 //! A pass here is a function that declares its inputs and outputs to the frame graph; it records nothing.
 
+pub mod accumulate;
 pub mod atrous;
 pub mod bounds;
+pub mod brute_force;
 pub mod compaction;
 pub mod compose;
 pub mod descent;
@@ -15,6 +17,8 @@ pub mod grid_scatter;
 pub mod interleave;
 pub mod light_volumes;
 pub mod merge;
+pub mod path_trace;
+pub mod reference;
 pub mod shadow_rays;
 pub mod tone_map;
 pub mod vpl_trace;
@@ -34,6 +38,12 @@ pub struct FrameShape {
     pub width_px: u32,
     /// Picture height.
     pub height_px: u32,
+    /// Direct light is part of the picture.
+    pub direct: bool,
+    /// The picture is the mean of several frames.
+    pub accumulate: bool,
+    /// Paths per pixel of a path-traced frame.
+    pub samples: u32,
     /// Interleaved sampling: n x n sub-images.
     pub interleave: u32,
     /// Levels of the hierarchy.
@@ -54,7 +64,7 @@ pub struct FrameShape {
     pub upper_capacity: u32,
     /// Where shadow rays end.
     pub shadow_points: ShadowPoints,
-    /// Reservoirs per pixel; 0 is no shadows.
+    /// Reservoirs per pixel; 0 is no shadows of indirect light, with any technique.
     pub shadow_samples: u32,
     /// How reservoirs are updated.
     pub reservoir: Reservoir,
@@ -152,7 +162,14 @@ impl Frame {
 /// Compute work of one shader; the rest by struct update.
 #[must_use]
 pub fn shader(name: &str, dispatch: Dispatch) -> ComputeWork {
-    ComputeWork { shader: format!("{name}.comp"), constants: Vec::new(), push: Vec::new(), dispatch, uses_scene: false }
+    ComputeWork {
+        shader: format!("{name}.comp"),
+        constants: Vec::new(),
+        push: Vec::new(),
+        dispatch,
+        uses_scene: false,
+        repeat: None,
+    }
 }
 
 /// One thread per item in workgroups of [`WORKGROUP_SIZE`].

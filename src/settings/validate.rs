@@ -59,6 +59,9 @@ impl Settings {
     }
 
     fn validate_combinations(&self) -> Result<()> {
+        require(self.frames == 1 || self.accumulate == 1, || {
+            "frames and accumulate both say how many frames are rendered: give one of them".to_owned()
+        })?;
         let name = self.technique.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
         require(self.technique == Technique::Lgh || self.reservoir.is_none(), || {
             format!("technique {name} has no reservoirs: leave reservoir out, or choose technique lgh")

@@ -158,6 +158,9 @@ pub fn shape(options: Options) -> FrameShape {
         filter: Filter::None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
         count_overdraw: false,
+        direct: true,
+        accumulate: false,
+        samples: 1,
     }
 }
 

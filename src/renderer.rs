@@ -21,7 +21,7 @@ use crate::settings::{self, Exposure, LightSet, Reservoir, Settings, Technique};
 use crate::shared::FrameData;
 
 /// Rays start this fraction of the scene radius off the surface.
-const RAY_OFFSET: f32 = 1e-4;
+const RAY_OFFSET: f32 = 1e-5;
 /// Paths of the pilot run that measures how many VPLs a path leaves.
 const PILOT_PATHS: u32 = 16_384;
 /// Below this the scene is hardly hit, and the paths are what is limited.

@@ -34,11 +34,12 @@ vec3 unshadowed_irradiance(PunctualLight light, vec3 position, vec3 normal, out 
     return light.intensity * cone * max(dot(normal, to_light), 0.0) / max(distance * distance, 1e-12);
 }
 
-// Irradiance from one light with its shadow; `origin` is where rays leave the surface.
-vec3 irradiance_from(PunctualLight light, vec3 position, vec3 normal, vec3 origin) {
+// Irradiance from one light with its shadow; `origin` is where rays leave the surface. A light behind the surface's
+// own plane is hidden by it, although a ray that starts off the surface may pass its edge.
+vec3 irradiance_from(PunctualLight light, vec3 position, vec3 normal, vec3 geometric, vec3 origin) {
     vec3 to_light;
     float distance;
     vec3 e = unshadowed_irradiance(light, position, normal, to_light, distance);
-    bool lit = any(greaterThan(e, vec3(0.0))) && !is_blocked(origin, to_light, distance - ray_offset());
+    bool lit = dot(to_light, geometric) > 0.0 && any(greaterThan(e, vec3(0.0))) && !is_blocked(origin, to_light, distance - ray_offset());
     return lit ? e : vec3(0.0);
 }

@@ -26,10 +26,11 @@ void main() {
         vec3 position = position_from_depth(pixel, depth);
         uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
         vec3 shading = unpack_octahedral(normals.x);
-        vec3 origin = position + unpack_octahedral(normals.y) * surface_offset(position);
+        vec3 geometric = unpack_octahedral(normals.y);
+        vec3 origin = position + geometric * surface_offset(position);
         vec3 irradiance = vec3(0.0);
         for (uint i = 0u; i < frame.lights.y; ++i) {
-            irradiance += irradiance_from(punctual_lights[i], position, shading, origin);
+            irradiance += irradiance_from(punctual_lights[i], position, shading, geometric, origin);
         }
         radiance = texelFetch(albedo_image, ivec2(pixel), 0).rgb / PI * irradiance;
     }

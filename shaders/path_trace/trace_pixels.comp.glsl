@@ -17,9 +17,9 @@ layout(set = 0, binding = 3, rgba32f) uniform image2D sum_image;
 layout(push_constant) uniform Push { uint rounds; uint round; uint part; };
 
 // Irradiance from one light, picked by its share of the power.
-vec3 sampled_irradiance(vec3 position, vec3 normal, vec3 origin, inout uint random_state) {
+vec3 sampled_irradiance(HitSurface surface, vec3 origin, inout uint random_state) {
     PunctualLight light = punctual_lights[light_at_share(random(random_state))];
-    return irradiance_from(light, position, normal, origin) / max(light.path_probability, 1e-20);
+    return irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin) / max(light.path_probability, 1e-20);
 }
 
 // Radiance that arrives by one path of up to `bounces` diffuse surfaces, per unit albedo of the first.
@@ -38,7 +38,7 @@ vec3 trace_path(vec3 origin, vec3 geometric, vec3 direction, inout uint random_s
         }
         origin = surface.position_ws + surface.geometric * ray_offset();
         geometric = surface.geometric;
-        lighting += throughput / PI * sampled_irradiance(surface.position_ws, surface.normal, origin, random_state);
+        lighting += throughput / PI * sampled_irradiance(surface, origin, random_state);
         direction = cosine_direction(surface.normal, vec2(random(random_state), random(random_state)));
     }
     return lighting;

@@ -6,6 +6,7 @@ pub mod atrous;
 pub mod bounds;
 pub mod compaction;
 pub mod compose;
+pub mod debug_view;
 pub mod descent;
 pub mod direct_light;
 pub mod exclusive_scan;
@@ -24,7 +25,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, Reservoir, ShadowPoints};
+use crate::settings::{Build, Filter, Reservoir, ShadowPoints, View};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -66,6 +67,8 @@ pub struct FrameShape {
     pub lighting_format: vk::Format,
     /// Count light-volume fragments per pixel (slower; for statistics frames).
     pub count_overdraw: bool,
+    /// What the picture shows.
+    pub view: View,
 }
 
 impl FrameShape {

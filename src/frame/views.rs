@@ -70,7 +70,7 @@ fn vpls(frame: &mut Frame, gbuffer: &GBuffer) -> Shown {
     let lights = compaction::pack_lights(frame, &slots);
     let direct = direct_light::add(frame, gbuffer);
     let values = debug_view::draw_points(frame, gbuffer, &lights);
-    Shown { values, picture: debug_view::overlay_points(frame, values, direct), hierarchy: None }
+    Shown { values, picture: debug_view::overlay_points(frame, values, direct, gbuffer.albedo), hierarchy: None }
 }
 
 fn light_sums(frame: &mut Frame, gbuffer: &GBuffer) -> Shown {

@@ -232,8 +232,8 @@ pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMappe
     ToneMapped { picture, exposure: scale }
 }
 
-/// Adds the passes that lay points over the dimmed picture of direct light.
-pub fn overlay_points(frame: &mut Frame, points: ImageHandle, direct: ImageHandle) -> ToneMapped {
+/// Adds the passes that lay points over the dimmed picture of direct light, with a little albedo.
+pub fn overlay_points(frame: &mut Frame, points: ImageHandle, direct: ImageHandle, albedo: ImageHandle) -> ToneMapped {
     let exposure = tone_map::measure_exposure(frame, "exposure", points);
     let direct_exposure = tone_map::measure_exposure(frame, "direct_exposure", direct);
     let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
@@ -244,7 +244,8 @@ pub fn overlay_points(frame: &mut Frame, points: ImageHandle, direct: ImageHandl
         .bind(2, direct, Access::ComputeSampled)
         .bind(3, exposure, Access::ComputeRead)
         .bind(4, direct_exposure, Access::ComputeRead)
-        .bind(5, picture, Access::ComputeWrite);
+        .bind(5, albedo, Access::ComputeSampled)
+        .bind(6, picture, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     ToneMapped { picture, exposure }
 }

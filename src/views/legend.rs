@@ -7,9 +7,9 @@ use super::{LEVEL_COLORS, Scale};
 /// Edge of a character at scale 1.
 const GLYPH_PX: u32 = 8;
 /// Around the legend and between its lines, at scale 1.
-const GAP_PX: u32 = 4;
+const GAP_PX: u32 = 3;
 /// Length of a colour bar, at scale 1.
-const BAR_PX: u32 = 160;
+const BAR_PX: u32 = 128;
 /// Width of a level's patch, at scale 1: two digits and some room.
 const PATCH_PX: u32 = 20;
 const TEXT: u32 = 0xff_ff_ff;

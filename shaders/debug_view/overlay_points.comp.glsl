@@ -15,7 +15,7 @@ layout(set = 0, binding = 6, rgba8) uniform writeonly image2D out_picture;
 
 // Parts of the encoded pictures that remain of direct light and of albedo; and how far above middle grey a common flux lies, so that hues stay strong.
 const float DIRECT_DIM = 0.35;
-const float ALBEDO_DIM = 0.15;
+const float ALBEDO_DIM = 0.25;
 const float POINT_GAIN = 6.0;
 
 void main() {

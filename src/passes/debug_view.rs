@@ -17,7 +17,7 @@ use crate::shared::TILE_SIZE;
 use crate::views::{LEVEL_COLORS, MAX_COLORS, NO_VALUE, color_map};
 
 /// Lights that one dispatch of [`sum_lights`] may visit, all workgroups together: below a second on two CPU cores.
-const VISITS_PER_DISPATCH: u64 = 50_000_000;
+const VISITS_PER_DISPATCH: u64 = 15_000_000;
 /// Diameter of a light's disc in a picture 640 pixels wide, pixels.
 const POINT_PX: f32 = 2.5;
 

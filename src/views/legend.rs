@@ -12,8 +12,8 @@ const GAP_PX: u32 = 3;
 const BAR_PX: u32 = 128;
 /// Width of a level's patch, at scale 1: two digits and some room.
 const PATCH_PX: u32 = 20;
-const TEXT: u32 = 0xff_ff_ff;
-const BACKGROUND: u32 = 0x10_10_14;
+const TEXT: u32 = 0xffffff;
+const BACKGROUND: u32 = 0x101014;
 
 /// A picture of 8-bit sRGB, RGB, row 0 at the top, to draw into.
 pub struct Canvas<'a> {
@@ -178,8 +178,8 @@ mod tests {
 
     #[test]
     fn colors_mix_like_the_shader() {
-        assert_eq!(color_at(&[0x000000, 0xffffff], 0.5), 0x80_80_80);
-        assert_eq!(color_at(&[0x102030, 0x405060, 0x708090], 0.5), 0x40_50_60);
-        assert_eq!(color_at(&[0x102030, 0x405060, 0x708090], 2.0), 0x70_80_90);
+        assert_eq!(color_at(&[0x000000, 0xffffff], 0.5), 0x808080);
+        assert_eq!(color_at(&[0x102030, 0x405060, 0x708090], 0.5), 0x405060);
+        assert_eq!(color_at(&[0x102030, 0x405060, 0x708090], 2.0), 0x708090);
     }
 }

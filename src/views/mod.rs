@@ -10,17 +10,14 @@ use crate::shared::MAX_LEVEL;
 pub const MAX_COLORS: usize = MAX_LEVEL as usize + 1;
 
 /// sRGB colour, `0xRRGGBB`, of pixels without a value: no surface, or no light.
-pub const NO_VALUE: u32 = 0x30_3c_50;
+pub const NO_VALUE: u32 = 0x303c50;
 
 /// sRGB colours, `0xRRGGBB`, of the levels 0..=[`MAX_LEVEL`]: neighbours are easy to tell apart.
-pub const LEVEL_COLORS: [u32; MAX_COLORS] = [
-    0xf2_f2_f2, 0xe6_30_40, 0xf5_90_31, 0xff_e1_19, 0x3c_b4_4b, 0x42_d4_f4, 0x43_63_d8, 0x91_1e_b4, 0xf0_62_e6,
-    0x9a_63_24, 0xaa_ff_c3,
-];
+pub const LEVEL_COLORS: [u32; MAX_COLORS] =
+    [0xf2f2f2, 0xe63040, 0xf59031, 0xffe119, 0x3cb44b, 0x42d4f4, 0x4363d8, 0x911eb4, 0xf062e6, 0x9a6324, 0xaaffc3];
 
 /// The inferno map of matplotlib (CC0), dark to bright.
-const INFERNO: &[u32] =
-    &[0x00_00_04, 0x1f_0c_48, 0x55_0f_6d, 0x88_22_6a, 0xba_36_55, 0xe3_59_33, 0xf9_8c_0a, 0xf9_c9_32, 0xfc_ff_a4];
+const INFERNO: &[u32] = &[0x000004, 0x1f0c48, 0x550f6d, 0x88226a, 0xba3655, 0xe35933, 0xf98c0a, 0xf9c932, 0xfcffa4];
 
 /// From a number to a colour: piecewise linear in sRGB between evenly spaced colours, from 0 to an upper end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,9 +32,9 @@ pub struct ColorMap {
 #[must_use]
 pub fn color_map(view: View) -> Option<ColorMap> {
     match view {
-        View::Depth => Some(ColorMap { colors: &[0xff_ff_ff, 0x10_10_10], end: None }),
+        View::Depth => Some(ColorMap { colors: &[0xffffff, 0x101010], end: None }),
         View::ShadowRatio | View::ShadowRatioFiltered => {
-            Some(ColorMap { colors: &[0x00_00_00, 0xff_ff_ff], end: Some(1.0) })
+            Some(ColorMap { colors: &[0x000000, 0xffffff], end: Some(1.0) })
         }
         View::SelectedLevel => Some(ColorMap { colors: &LEVEL_COLORS, end: Some(MAX_LEVEL as f32) }),
         View::Overdraw | View::LightCount => Some(ColorMap { colors: INFERNO, end: None }),

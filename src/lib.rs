@@ -18,5 +18,6 @@ pub mod scene;
 pub mod settings;
 pub mod shader;
 pub mod shared;
+pub mod views;
 
 pub use error::{Error, Result};

@@ -19,6 +19,8 @@ use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
 use crate::settings::{self, Exposure, LightSet, Reservoir, Settings, Technique};
 use crate::shared::FrameData;
+use crate::views;
+use crate::views::legend::{self, Canvas};
 
 /// Rays start this fraction of the scene radius off the surface.
 const RAY_OFFSET: f32 = 1e-5;
@@ -94,9 +96,11 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] when the settings do not fit the device; device errors.
     pub fn new(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<Self> {
+        settings.validate_view()?;
         check_lights(scene, settings)?;
         let mut shape = base_shape(gpu, scene, settings)?;
-        if matches!(settings.technique, Technique::Lgh | Technique::BruteForce) {
+        let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
+        if many_lights && frame::needs_lights(settings.view) {
             calibrate(gpu, scene, camera, settings, &mut shape)?;
         }
         Self::with_shape(gpu, scene, camera, settings, shape)
@@ -203,13 +207,21 @@ impl Renderer {
         Ok(texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect())
     }
 
-    /// Tone-mapped picture of the last frame, sRGB, RGB.
+    /// Tone-mapped picture of the last frame, sRGB, RGB; a view with a scale has its legend drawn in.
     ///
     /// # Errors
     /// When the device is lost.
     pub fn read_srgb(&self) -> Result<Vec<u8>> {
         let bytes = self.executor.read_image(self.outputs.tone_mapped.picture)?;
-        Ok(bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect())
+        let mut rgb: Vec<u8> = bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect();
+        let ends: Vec<f32> =
+            bytemuck::pod_collect_to_vec(&self.executor.read_buffer(self.outputs.tone_mapped.exposure)?);
+        let shape = &self.shape;
+        if let Some((title, scale)) = views::legend_of(shape.view, shape.levels, shape.first_level, ends[0]) {
+            let mut canvas = Canvas { rgb: &mut rgb, width_px: shape.width_px, height_px: shape.height_px };
+            legend::draw(&mut canvas, title, &scale);
+        }
+        Ok(rgb)
     }
 }
 
@@ -275,6 +287,7 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         filter: settings.filter,
         lighting_format,
         count_overdraw: false,
+        view: settings.view,
     };
     let limit = gpu.report().limits.image_edge_px;
     let [width, height] = shape.interleaved_px();

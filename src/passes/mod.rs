@@ -8,6 +8,7 @@ pub mod bounds;
 pub mod brute_force;
 pub mod compaction;
 pub mod compose;
+pub mod debug_view;
 pub mod descent;
 pub mod direct_light;
 pub mod exclusive_scan;
@@ -28,7 +29,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, Reservoir, ShadowPoints};
+use crate::settings::{Build, Filter, Reservoir, ShadowPoints, View};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -76,6 +77,8 @@ pub struct FrameShape {
     pub lighting_format: vk::Format,
     /// Count light-volume fragments per pixel (slower; for statistics frames).
     pub count_overdraw: bool,
+    /// What the picture shows.
+    pub view: View,
 }
 
 impl FrameShape {

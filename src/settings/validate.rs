@@ -19,6 +19,7 @@ impl Settings {
         self.validate_method()?;
         self.validate_shadows()?;
         self.validate_combinations()?;
+        self.validate_view()?;
         self.validate_files()
     }
 
@@ -97,7 +98,7 @@ impl Settings {
     }
 }
 
-fn require(holds: bool, sentence: impl FnOnce() -> String) -> Result<()> {
+pub(super) fn require(holds: bool, sentence: impl FnOnce() -> String) -> Result<()> {
     if holds { Ok(()) } else { Err(Error::Usage(sentence())) }
 }
 

@@ -8,6 +8,21 @@ pub mod stats;
 pub mod table;
 pub mod timings;
 
+use serde::Serialize;
+
+use crate::{Error, Result};
+
 pub use files::{FileKind, OutputFile};
 pub use stats::Stats;
 pub use timings::{FrameTimes, RunReport};
+
+/// A report as an indented JSON document with a line break at its end.
+///
+/// # Errors
+/// [`Error::Failure`] when a value cannot be expressed.
+pub fn to_json(report: &impl Serialize) -> Result<Vec<u8>> {
+    let mut text = serde_json::to_vec_pretty(report)
+        .map_err(|error| Error::Failure(format!("cannot express the report as JSON: {error}")))?;
+    text.push(b'\n');
+    Ok(text)
+}

@@ -38,7 +38,7 @@ pub fn heatmap(errors: &[f32], width: usize) -> (u32, u32, Vec<u8>) {
     (width as u32, height as u32, rgb)
 }
 
-/// How a test differs from a reference: the mean over channels of (t - r) / (r + 0.1 mean(r)), in [`diverging_color`]
+/// How a test differs from a reference: (t - r) / (r + 0.1 mean(r)) of the channels' means, in [`diverging_color`]
 /// from -`range` to `range`, 8-bit sRGB, row by row. Grey where a picture is not finite or the reference black.
 #[must_use]
 pub fn difference_map(reference: &Image, test: &Image, range: f32) -> Vec<u8> {

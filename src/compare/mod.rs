@@ -23,4 +23,4 @@ pub use timings::{TimingComparison, TimingsFile};
 pub use tone::{Tone, auto_exposure, tone_map};
 
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;

@@ -1,5 +1,6 @@
 //! What a run leaves behind: pictures, timings and the table on stdout.
 
+pub mod error_report;
 pub mod files;
 pub mod image_files;
 pub mod machine;
@@ -12,6 +13,7 @@ use serde::Serialize;
 
 use crate::{Error, Result};
 
+pub use error_report::ErrorReport;
 pub use files::{FileKind, OutputFile};
 pub use stats::Stats;
 pub use timings::{FrameTimes, RunReport};

@@ -1,5 +1,6 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
+pub mod compare;
 mod frames;
 pub mod headless;
 pub mod list_gpus;
@@ -35,6 +36,7 @@ fn execute(command: Command) -> Result<()> {
             say(&text);
             Ok(())
         }
+        Command::Compare(args) => compare::compare(&args),
         Command::ListGpus { verbosity } => {
             start_log(verbosity);
             list_gpus::list()

@@ -1,14 +1,17 @@
 //! The command line: what it accepts, and how it overrides a settings file.
 
+mod commands;
 mod options;
 
 use std::ffi::OsString;
 
 use clap::Parser;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::settings::Settings;
 use crate::{Error, Result};
+use commands::Subcommand;
+pub use commands::{CompareArgs, CompareKind};
 use options::{DeviceArgs, DiagnosticsArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs, ShadowArgs};
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
@@ -39,6 +42,8 @@ pub enum Command {
         /// How much to say.
         verbosity: Verbosity,
     },
+    /// Compare two files.
+    Compare(Box<CompareArgs>),
     /// Print this text (help or version) on stdout.
     Show(String),
 }
@@ -46,8 +51,11 @@ pub enum Command {
 /// Render scenes lit by very many lights with the Lighting Grid Hierarchy on Vulkan.
 #[derive(Debug, Parser)]
 #[command(name = "gridlight", version = VERSION, args_override_self = true, max_term_width = 110)]
-#[command(disable_help_flag = true, disable_version_flag = true)]
+#[command(disable_help_flag = true, disable_version_flag = true, disable_help_subcommand = true)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
+    #[command(subcommand)]
+    subcommand: Option<Subcommand>,
     #[command(flatten)]
     run: RunArgs,
     #[command(flatten)]
@@ -85,6 +93,10 @@ where
 
 impl Args {
     fn into_command(self) -> Result<Command> {
+        if let Some(Subcommand::Compare(compare)) = self.subcommand {
+            compare.check()?;
+            return Ok(Command::Compare(Box::new(compare)));
+        }
         let verbosity = Verbosity { verbose: self.diagnostics.verbose, quiet: self.diagnostics.quiet };
         if self.device.list_gpus {
             return Ok(Command::ListGpus { verbosity });
@@ -118,6 +130,12 @@ impl Args {
 
 /// clap's message as one sentence: without the usage line and the pointer to `--help`.
 fn sentence(error: &clap::Error) -> String {
+    // clap takes whatever follows a scene for a command.
+    if let (ErrorKind::ArgumentConflict, Some(ContextValue::String(extra))) =
+        (error.kind(), error.get(ContextKind::InvalidSubcommand))
+    {
+        return format!("unexpected argument '{extra}' found; there is one scene, and a command comes before all else");
+    }
     let text = error.to_string();
     let text = text.split("Usage:").next().unwrap_or(&text);
     let text = text.split("For more information").next().unwrap_or(text);

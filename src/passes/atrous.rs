@@ -7,7 +7,7 @@ use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
 
 /// Iterations; the step doubles each time.
-const ITERATIONS: u32 = 5;
+const ITERATIONS: u32 = 3;
 
 /// Width of the shadow's own edge stop: none in the first iteration, then halved each time.
 fn ratio_sigma(iteration: u32) -> f32 {

@@ -162,7 +162,7 @@ fn trace_shadows(
 
 /// Takes the interleaving pattern and the noise out of the estimates.
 fn filter_shadows(frame: &mut Frame, gbuffer: &GBuffer, lit: &Lit, estimates: ShadowEstimates) -> ShadowEstimates {
-    let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
+    let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, lit.lighting.image, estimates);
     match frame.shape.filter {
         Filter::Atrous => atrous::add(frame, gbuffer, lit.composite.lighting, estimates),
         Filter::None => estimates,

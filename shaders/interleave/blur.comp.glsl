@@ -1,7 +1,8 @@
 // Removes the n x n pattern along one axis: averages a window that holds every sub-image equally often, without
 // crossing the discontinuity buffer. Where a surface is thinner than n pixels no such window exists; there the
 // average takes from across the edges, the more the fewer sub-images the surface holds. The first pass over the
-// lighting also puts the pixels back in place. One thread per pixel.
+// lighting also puts the pixels back in place. Shadow estimates are per unit of their own sub-image's lighting, so
+// each counts as much as that lighting: a sub-image whose few lights are weak says little. One thread per pixel.
 #include "common/frame.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -10,14 +11,25 @@ layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(constant_id = 0) const uint AXIS = 0u;
 // Whether the input is in the interleaved layout rather than the picture's.
 layout(constant_id = 1) const uint READS_INTERLEAVED = 0u;
-layout(set = 0, binding = 1) uniform texture2D lighting_image;
+// Weight of a value: none, that of the lighting image's alpha, that of its own alpha (which a first pass left there).
+layout(constant_id = 2) const uint WEIGHTING = 0u;
+const uint BY_LIGHTING = 1u;
+const uint BY_OWN_ALPHA = 2u;
+layout(set = 0, binding = 1) uniform texture2D input_image;
 layout(set = 0, binding = 2, std430) readonly buffer Edges { uint edges[]; };
-layout(set = 0, binding = 3, rgba16f) uniform writeonly image2D out_lighting;
+layout(set = 0, binding = 3, rgba32f) uniform writeonly image2D out_image;
 layout(set = 0, binding = 4) uniform texture2D depth_image;
+layout(set = 0, binding = 5) uniform texture2D lighting_image;
 
-vec4 lighting_at(ivec2 pixel) {
-    ivec2 p = READS_INTERLEAVED != 0u ? ivec2(interleaved_from_pixel(uvec2(pixel))) : pixel;
-    return texelFetch(lighting_image, p, 0);
+// The value at a pixel; times its weight, with the weight in alpha, where values are weighted.
+vec4 value_at(ivec2 pixel) {
+    ivec2 interleaved = ivec2(interleaved_from_pixel(uvec2(pixel)));
+    vec4 value = texelFetch(input_image, READS_INTERLEAVED != 0u ? interleaved : pixel, 0);
+    if (WEIGHTING == 0u) {
+        return value;
+    }
+    float weight = WEIGHTING == BY_LIGHTING ? texelFetch(lighting_image, interleaved, 0).a : value.a;
+    return vec4(value.rgb * weight, weight);
 }
 
 // Pixels that can be reached from `pixel` along `direction` (+1 or -1) without crossing an edge, at most n.
@@ -48,7 +60,7 @@ vec4 average_across_edges(ivec2 pixel, ivec2 axis) {
         bool inside = all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(image_size())));
         if (inside && texelFetch(depth_image, p, 0).x > 0.0) {
             float weight = abs(i) == half_window ? 0.5 : 1.0;
-            sum += weight * lighting_at(p);
+            sum += weight * value_at(p);
             weights += weight;
         }
     }
@@ -73,7 +85,7 @@ void main() {
     float weights = 0.0;
     for (int i = first; i <= last; ++i) {
         float weight = centred && (i == first || i == last) ? 0.5 : 1.0;
-        sum += weight * lighting_at(pixel + i * axis);
+        sum += weight * value_at(pixel + i * axis);
         weights += weight;
     }
     vec4 average = sum / weights;
@@ -81,5 +93,8 @@ void main() {
     if (count < n) {
         average = mix(average_across_edges(pixel, axis), average, float(count) / float(n));
     }
-    imageStore(out_lighting, pixel, average);
+    if (WEIGHTING != 0u) {
+        average.rgb /= max(average.a, 1e-30);
+    }
+    imageStore(out_image, pixel, average);
 }

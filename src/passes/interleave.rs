@@ -70,19 +70,22 @@ pub fn composite(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle) ->
         .bind(2, gbuffer.normals, Access::ComputeSampled)
         .bind(3, edges, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    let lighting = blur(frame, gbuffer, edges, Input { what: "lighting", image: lighting, interleaved: true });
-    Composite { lighting, edges: Some(edges) }
+    let input = Input { what: "lighting", image: lighting, lighting, is_lighting: true };
+    let blurred = blur(frame, gbuffer, edges, input);
+    Composite { lighting: blurred, edges: Some(edges) }
 }
 
 /// Adds the passes that take the n x n pattern out of the shadow estimates: each pixel's are of its sub-image.
+/// `lighting` is in the interleaved layout.
 pub fn smooth_estimates(
     frame: &mut Frame,
     gbuffer: &GBuffer,
     composite: &Composite,
+    lighting: ImageHandle,
     estimates: ShadowEstimates,
 ) -> ShadowEstimates {
     let Some(edges) = composite.edges else { return estimates };
-    let mut smooth = |what, image| blur(frame, gbuffer, edges, Input { what, image, interleaved: false });
+    let mut smooth = |what, image| blur(frame, gbuffer, edges, Input { what, image, lighting, is_lighting: false });
     ShadowEstimates {
         shadowed: smooth("shadowed", estimates.shadowed),
         unshadowed: smooth("unshadowed", estimates.unshadowed),
@@ -94,23 +97,27 @@ pub fn smooth_estimates(
 struct Input {
     what: &'static str,
     image: ImageHandle,
-    /// In the interleaved layout rather than the picture's.
-    interleaved: bool,
+    /// The lighting in the interleaved layout, its weight in alpha.
+    lighting: ImageHandle,
+    /// The lighting itself, in the interleaved layout, rather than an estimate in the picture's.
+    is_lighting: bool,
 }
 
 /// Blurs along x, then along y.
 fn blur(frame: &mut Frame, gbuffer: &GBuffer, edges: BufferHandle, input: Input) -> ImageHandle {
     let mut image = input.image;
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
-        let blurred = frame.image(&format!("{}_blurred_{name}", input.what), vk::Format::R16G16B16A16_SFLOAT);
-        let constants = vec![axis as u32, u32::from(input.interleaved && axis == 0)];
+        let blurred = frame.image(&format!("{}_blurred_{name}", input.what), vk::Format::R32G32B32A32_SFLOAT);
+        let weighting = if input.is_lighting { 0 } else { 1 + axis as u32 };
+        let constants = vec![axis as u32, u32::from(input.is_lighting && axis == 0), weighting];
         let work = ComputeWork { constants, ..shader("interleave/blur", frame.per_pixel()) };
         let pass = frame
             .compute(&format!("interleave/blur_{}_{name}", input.what), work)
             .bind(1, image, Access::ComputeSampled)
             .bind(2, edges, Access::ComputeRead)
             .bind(3, blurred, Access::ComputeWrite)
-            .bind(4, gbuffer.depth, Access::ComputeSampled);
+            .bind(4, gbuffer.depth, Access::ComputeSampled)
+            .bind(5, input.lighting, Access::ComputeSampled);
         frame.graph.add_pass(pass);
         image = blurred;
     }

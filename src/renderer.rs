@@ -273,6 +273,8 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         samples: settings.samples,
         interleave: settings.interleave,
         levels: Levels::new(2),
+        lobe: settings.lobe,
+        center: settings.center,
         first_level: settings.first_level,
         path_count: 0,
         bounces: settings.bounces,

@@ -61,7 +61,7 @@ fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Opt
     let mut lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
     lights.truncate(tiles[levels.top as usize + 1] as usize);
     let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
-    (radiance, lights, Some(Grid { placement: placement[0], levels }))
+    (radiance, lights, Some(Grid { placement: placement[0], levels, center: gridlight::settings::Center::Intensity }))
 }
 
 /// The lighting of one pixel by every light in turn.

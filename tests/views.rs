@@ -232,7 +232,7 @@ fn merged_lights(renderer: &Renderer) -> (Vec<Vec<GridLight>>, Grid) {
         lights[tile[shape.first_level as usize] as usize..tile[shape.levels.top as usize + 1] as usize].to_vec()
     };
     let all = tiles.chunks_exact(MAX_LEVEL as usize + 2).map(of_tile).collect();
-    (all, Grid { placement: placement[0], levels: shape.levels })
+    (all, Grid { placement: placement[0], levels: shape.levels, center: shape.center })
 }
 
 /// Number of lights that contribute, and the luminance of each level's lighting.

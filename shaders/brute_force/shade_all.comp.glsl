@@ -28,7 +28,7 @@ vec3 shade(uint light, vec3 position, vec3 normal, vec3 origin) {
     vec3 light_position = uintBitsToFloat(position_normal.xyz);
     vec3 lobe = flux.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
     vec3 offset = light_position - position;
-    float response = light_response(offset, length(offset), normal, lobe);
+    float response = light_response(offset, length(offset), normal, lobe, 0u);
     if (response <= 0.0) {
         return vec3(0.0);
     }

@@ -70,15 +70,35 @@ float blend_weight(float d, float radius, uint level, uint first_used, uint last
     return min(rise, fall);
 }
 
-// Radiant intensity per unit flux towards the unit direction w: a clamped cosine about the mean normal for the
-// part of the light that agrees on it, uniform for the rest. Keeps the flux whatever the lobe's length.
-float lobe_intensity(vec3 lobe, vec3 w) {
-    return ((1.0 - min(length(lobe), 1.0)) * 0.25 + max(dot(lobe, w), 0.0)) / PI;
+// How a grid light sends out its flux, one of LOBE_*.
+layout(constant_id = 1) const uint LOBE = LOBE_MIXTURE;
+
+// Radiant intensity per unit flux towards the unit direction w, of a light whose mean normal is `lobe`.
+float lobe_intensity(vec3 lobe, vec3 w, uint kind) {
+    float agreement = min(length(lobe), 1.0);
+    float along = dot(lobe, w);
+    if (kind == LOBE_CLAMPED_NORMAL) {
+        return max(along, 0.0) / PI;
+    }
+    if (kind == LOBE_SH1) {
+        return max(0.25 + 0.5 * along, 0.0) / PI;
+    }
+    if (kind == LOBE_SH1_NONLINEAR) {
+        // Sloan 2013 after Geomerics 2012: mean and first moment kept, never negative.
+        float power = 1.0 + 2.0 * agreement;
+        float base = (1.0 - agreement) / (1.0 + agreement);
+        float q = 0.5 * (1.0 + along / max(agreement, 1e-6));
+        return 0.25 * (base + (1.0 - base) * (power + 1.0) * pow(max(q, 0.0), power)) / PI;
+    }
+    // A clamped cosine about the mean normal for the part of the light that agrees on it, uniform for the rest: keeps
+    // the flux whatever the lobe's length, and is exact for a single light.
+    return ((1.0 - agreement) * 0.25 + max(along, 0.0)) / PI;
 }
 
-// Outgoing radiance per unit albedo and unit flux at a surface point; `offset` leads from it to the light.
-float light_response(vec3 offset, float distance, vec3 normal, vec3 lobe) {
+// Outgoing radiance per unit albedo and unit flux at a surface point; `offset` leads from it to the light of a level.
+// The lights themselves, level 0, have the lobe that is exact for them.
+float light_response(vec3 offset, float distance, vec3 normal, vec3 lobe, uint level) {
     vec3 w = offset / max(distance, 1e-20);
     float cosine = max(dot(normal, w), 0.0);
-    return cosine <= 0.0 ? 0.0 : lobe_intensity(lobe, -w) * cosine / (distance * distance + clamp_squared()) / PI;
+    return cosine <= 0.0 ? 0.0 : lobe_intensity(lobe, -w, level == 0u ? LOBE_MIXTURE : LOBE) * cosine / (distance * distance + clamp_squared()) / PI;
 }

@@ -13,6 +13,8 @@ layout(set = 0, binding = 3, std430) readonly buffer Ranks { uint ranks[]; };
 layout(set = 0, binding = 4, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 5, std430) buffer GridLights { GridLight grid_lights[]; };
 layout(push_constant) uniform Push { uint level; };
+// 1: lights count the same in positions, with their weight in place of their luminance.
+layout(constant_id = 0) const uint UNIFORM_CENTER = 0u;
 
 #include "common/level_table.glsl"
 
@@ -35,8 +37,9 @@ void add_light(inout Moments sums, GridLight light, vec3 vertex, float h) {
     float weight = hat.x * hat.y * hat.z;
     float wm = weight * light.luminance;
     sums.flux_weight += weight * vec4(light.flux, light.weight);
-    sums.position_luminance += wm * vec4(q, 1.0);
-    sums.square += wm * (light.variance / (h * h) + q * q);
+    float wp = UNIFORM_CENTER != 0u ? weight * light.weight : wm;
+    sums.position_luminance += vec4(wp * q, wm);
+    sums.square += wp * (light.variance / (h * h) + q * q);
     sums.lobe += wm * light.lobe;
 }
 
@@ -60,10 +63,11 @@ void add_row(inout Moments sums, uint row, uint low, uint high, vec3 vertex, flo
 
 void store_light(uint record, Moments sums, vec3 vertex, float h) {
     float wm = max(sums.position_luminance.w, 1e-37);
-    vec3 mean = sums.position_luminance.xyz / wm;
+    float wp = UNIFORM_CENTER != 0u ? max(sums.flux_weight.w, 1e-37) : wm;
+    vec3 mean = sums.position_luminance.xyz / wp;
     grid_lights[record].position_ws = grid.origin_ws + (vertex + mean) * h;
     grid_lights[record].luminance = wm;
-    grid_lights[record].variance = max(sums.square / wm - mean * mean, vec3(0.0)) * h * h;
+    grid_lights[record].variance = max(sums.square / wp - mean * mean, vec3(0.0)) * h * h;
     grid_lights[record].lobe = sums.lobe / wm;
     grid_lights[record].weight = sums.flux_weight.w;
     grid_lights[record].flux = sums.flux_weight.rgb;

@@ -12,6 +12,8 @@ layout(set = 0, binding = 2, std430) readonly buffer Grid { GridPlacement grid; 
 layout(set = 0, binding = 3, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 4, std430) buffer GridLights { GridLight grid_lights[]; };
 layout(push_constant) uniform Push { uint level; };
+// 1: lights counted the same in positions.
+layout(constant_id = 0) const uint UNIFORM_CENTER = 0u;
 
 #include "common/level_table.glsl"
 
@@ -31,8 +33,9 @@ void main() {
     }
     uint record = level_first(level) + index;
     float wm = moment(record, 1u);
-    vec3 mean = moment3(record, 2u) / wm;
-    vec3 variance = max(moment3(record, 5u) / wm - mean * mean, vec3(0.0));
+    float wp = UNIFORM_CENTER != 0u ? moment(record, 0u) : wm;
+    vec3 mean = moment3(record, 2u) / wp;
+    vec3 variance = max(moment3(record, 5u) / wp - mean * mean, vec3(0.0));
     float h = cell_size(grid.h_top, level);
     vec3 vertex = vec3(vertex_from_index(grid_lights[record].vertex, level));
     grid_lights[record].position_ws = grid.origin_ws + (vertex + mean) * h;

@@ -18,6 +18,8 @@ layout(set = 0, binding = 5, std430) readonly buffer Ranks { uint ranks[]; };
 layout(set = 0, binding = 6, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 7, std430) buffer Moments { uint moments[]; };
 layout(push_constant) uniform Push { uint level; };
+// 1: lights count the same in positions, with w in place of wm.
+layout(constant_id = 0) const uint UNIFORM_CENTER = 0u;
 
 #include "common/level_table.glsl"
 #include "common/occupancy.glsl"
@@ -40,9 +42,10 @@ void add_moments(uint record, float weight, vec3 q, float m, vec3 normal, vec3 f
     float wm = max(weight * m, 1.0 / (FIXED_HIGH * FIXED_LOW));
     add_moment(record, 0u, weight);
     add_moment(record, 1u, wm);
+    float wp = UNIFORM_CENTER != 0u ? weight : wm;
     for (uint axis = 0u; axis < 3u; ++axis) {
-        add_moment(record, 2u + axis, wm * q[axis]);
-        add_moment(record, 5u + axis, wm * q[axis] * q[axis]);
+        add_moment(record, 2u + axis, wp * q[axis]);
+        add_moment(record, 5u + axis, wp * q[axis] * q[axis]);
         add_moment(record, 8u + axis, wm * normal[axis]);
         add_moment(record, 11u + axis, weight * flux[axis]);
     }

@@ -67,6 +67,7 @@ struct Sender {
     vec3 position_ws;
     vec3 lobe;
     vec3 flux;
+    uint level;
 };
 
 // A light of S0 that the chosen light is made of.
@@ -80,13 +81,13 @@ Sender original_sender(GridLight chosen, inout uint random_state) {
     uvec4 position_normal = light_positions[light];
     vec4 flux = light_fluxes[light];
     vec3 lobe = flux.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
-    return Sender(uintBitsToFloat(position_normal.xyz), lobe, flux.rgb);
+    return Sender(uintBitsToFloat(position_normal.xyz), lobe, flux.rgb, 0u);
 }
 
 // The chosen light's centre jittered uniformly with its deviation: half-width sqrt(3) sigma per axis.
 Sender jittered_sender(GridLight chosen, inout uint random_state) {
     vec3 jitter = vec3(random(random_state), random(random_state), random(random_state)) * 2.0 - 1.0;
-    return Sender(chosen.position_ws + jitter * sqrt(3.0 * chosen.variance), chosen.lobe, chosen.flux);
+    return Sender(chosen.position_ws + jitter * sqrt(3.0 * chosen.variance), chosen.lobe, chosen.flux, chosen.level);
 }
 
 // Traces the ray of one reservoir. `total` is the sum of f over the number of reservoirs. Returns whether a ray
@@ -104,8 +105,8 @@ bool add_sample(Receiver receiver, uint light, float total, inout uint random_st
         // The sender counts as what it is, relative to what the chosen light was chosen for.
         vec3 offset = sender.position_ws - receiver.position_ws;
         vec3 chosen_offset = chosen.position_ws - receiver.position_ws;
-        float response = light_response(offset, length(offset), receiver.normal, sender.lobe);
-        float expected = light_response(chosen_offset, length(chosen_offset), receiver.normal, chosen.lobe);
+        float response = light_response(offset, length(offset), receiver.normal, sender.lobe, sender.level);
+        float expected = light_response(chosen_offset, length(chosen_offset), receiver.normal, chosen.lobe, chosen.level);
         color *= min(response / max(expected, 1e-30), MAX_RESPONSE_RATIO);
         if (response <= 0.0) {
             return false;

@@ -6,6 +6,7 @@ use glam::{UVec3, Vec3};
 
 use super::count_lights::LevelTable;
 use super::grid::Grid;
+use crate::settings::Center;
 use crate::shared::{GATHER_SIZE, GridLight};
 
 /// Sums over S1 lights, positions relative to the vertex in cells of the gathering level.
@@ -107,9 +108,10 @@ impl Source<'_> {
         let wm = weight * light.luminance;
         sums.flux += weight * Vec3::from_array(light.flux);
         sums.weight += weight * light.weight;
-        sums.position += wm * q;
+        let wp = if self.grid.center == Center::Uniform { weight * light.weight } else { wm };
+        sums.position += wp * q;
         sums.luminance += wm;
-        sums.square += wm * (Vec3::from_array(light.variance) / (h * h) + q * q);
+        sums.square += wp * (Vec3::from_array(light.variance) / (h * h) + q * q);
         sums.lobe += wm * Vec3::from_array(light.lobe);
     }
 }
@@ -117,10 +119,11 @@ impl Source<'_> {
 fn store_light(light: &mut GridLight, sums: Moments, vertex: Vec3, grid: &Grid, level: u32) {
     let h = grid.cell_size(level);
     let wm = sums.luminance.max(1e-37);
-    let mean = sums.position / wm;
+    let wp = if grid.center == Center::Uniform { sums.weight.max(1e-37) } else { wm };
+    let mean = sums.position / wp;
     light.position_ws = (Vec3::from_array(grid.placement.origin_ws) + (vertex + mean) * h).to_array();
     light.luminance = wm;
-    light.variance = ((sums.square / wm - mean * mean).max(Vec3::ZERO) * h * h).to_array();
+    light.variance = ((sums.square / wp - mean * mean).max(Vec3::ZERO) * h * h).to_array();
     light.lobe = (sums.lobe / wm).to_array();
     light.weight = sums.weight;
     light.flux = sums.flux.to_array();

@@ -3,6 +3,7 @@
 use glam::{UVec3, Vec3};
 
 use crate::light_grid::Levels;
+use crate::settings::Center;
 use crate::shared::GridPlacement;
 
 /// Where the grids stand and how many levels they have.
@@ -12,6 +13,8 @@ pub struct Grid {
     pub placement: GridPlacement,
     /// The levels.
     pub levels: Levels,
+    /// How lights count in positions.
+    pub center: Center,
 }
 
 impl Grid {
@@ -85,7 +88,7 @@ mod tests {
             light_count: 1,
             padding: 0,
         };
-        Grid { placement, levels: Levels::new(top) }
+        Grid { placement, levels: Levels::new(top), center: Center::Intensity }
     }
 
     #[test]

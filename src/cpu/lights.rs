@@ -4,6 +4,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use crate::settings::Lobe;
+
 use crate::scene::octahedral::unpack_octahedral;
 
 /// The lights S0 as the buffers hold them.
@@ -70,13 +72,26 @@ pub fn blend_weight(d: f32, radius: f32, level: u32, first_used: u32, last_used:
     f32::min(rise, fall)
 }
 
-/// Radiant intensity per unit flux towards the unit direction `w`.
+/// Radiant intensity per unit flux towards the unit direction `w`, of a light whose mean normal is `lobe`.
 #[must_use]
-pub fn lobe_intensity(lobe: Vec3, w: Vec3) -> f32 {
-    ((1.0 - lobe.length().min(1.0)) * 0.25 + lobe.dot(w).max(0.0)) / PI
+pub fn lobe_intensity(lobe: Vec3, w: Vec3, kind: Lobe) -> f32 {
+    let agreement = lobe.length().min(1.0);
+    let along = lobe.dot(w);
+    let unnormalised = match kind {
+        Lobe::Mixture => (1.0 - agreement) * 0.25 + along.max(0.0),
+        Lobe::ClampedNormal => along.max(0.0),
+        Lobe::Sh1 => (0.25 + 0.5 * along).max(0.0),
+        Lobe::Sh1Nonlinear => {
+            let power = 1.0 + 2.0 * agreement;
+            let base = (1.0 - agreement) / (1.0 + agreement);
+            let q = 0.5 * (1.0 + along / agreement.max(1e-6));
+            0.25 * (base + (1.0 - base) * (power + 1.0) * q.max(0.0).powf(power))
+        }
+    };
+    unnormalised / PI
 }
 
-/// Outgoing radiance per unit albedo and unit flux; `offset` leads from the surface to the light.
+/// Outgoing radiance per unit albedo and unit flux with the default lobe; `offset` leads from the surface to the light.
 #[must_use]
 pub fn light_response(offset: Vec3, distance: f32, normal: Vec3, lobe: Vec3, clamp_squared: f32) -> f32 {
     let w = offset / distance.max(1e-20);
@@ -84,7 +99,7 @@ pub fn light_response(offset: Vec3, distance: f32, normal: Vec3, lobe: Vec3, cla
     if cosine <= 0.0 {
         return 0.0;
     }
-    lobe_intensity(lobe, -w) * cosine / (distance * distance + clamp_squared) / PI
+    lobe_intensity(lobe, -w, Lobe::Mixture) * cosine / (distance * distance + clamp_squared) / PI
 }
 
 #[cfg(test)]
@@ -127,21 +142,40 @@ mod tests {
         assert!(worst_blend_sum(|level| if level == 2 { 1.01 } else { 1.0 }) > 1e-3);
     }
 
+    /// Integral over the sphere of the intensity of a unit flux.
+    fn lobe_flux(length: f32, kind: Lobe) -> f32 {
+        let n = 20_000;
+        let sum: f32 = (0..n)
+            .map(|i| {
+                let z = 1.0 - 2.0 * (i as f32 + 0.5) / n as f32;
+                let r = (1.0 - z * z).sqrt();
+                lobe_intensity(Vec3::new(0.0, 0.0, length), Vec3::new(r, 0.0, z), kind)
+            })
+            .sum();
+        sum * 4.0 * PI / n as f32
+    }
+
     #[test]
     fn lobes_keep_the_flux() {
-        // Integral over the sphere of the intensity is the flux, for every lobe length: 1 with a full lobe.
-        for length in [0.0, 0.3, 1.0] {
-            let n = 20_000;
-            let sum: f32 = (0..n)
-                .map(|i| {
-                    let z = 1.0 - 2.0 * (i as f32 + 0.5) / n as f32;
-                    let r = (1.0 - z * z).sqrt();
-                    lobe_intensity(Vec3::new(0.0, 0.0, length), Vec3::new(r, 0.0, z))
-                })
-                .sum();
-            let flux = sum * 4.0 * PI / n as f32;
-            assert!((flux - 1.0).abs() < 1e-3, "lobe {length}: {flux}");
+        for length in [0.0, 0.3, 0.8, 1.0] {
+            for kind in [Lobe::Mixture, Lobe::Sh1Nonlinear] {
+                let flux = lobe_flux(length, kind);
+                assert!((flux - 1.0).abs() < 1e-3, "{kind:?} of length {length}: {flux}");
+            }
+            let flux = lobe_flux(length, Lobe::ClampedNormal);
+            assert!((flux - length).abs() < 1e-3, "a shortened normal loses flux: {flux}");
         }
+        assert!((lobe_flux(0.5, Lobe::Sh1) - 1.0).abs() < 1e-3, "not clamped up to half");
+        // Clamping 1/4 + c/2 at zero adds the integral of its negative part: 1/16.
+        assert!((lobe_flux(1.0, Lobe::Sh1) - 1.125).abs() < 1e-3);
+    }
+
+    #[test]
+    fn single_normals_shine_straight_ahead() {
+        let ahead = |kind| lobe_intensity(Vec3::Z, Vec3::Z, kind) * PI;
+        assert!((ahead(Lobe::Mixture) - 1.0).abs() < 1e-6 && (ahead(Lobe::Sh1Nonlinear) - 1.0).abs() < 1e-6);
+        assert!((ahead(Lobe::Sh1) - 0.75).abs() < 1e-6);
+        assert!(lobe_intensity(Vec3::Z, -Vec3::Z, Lobe::Sh1Nonlinear).abs() < 1e-6);
     }
 
     #[test]

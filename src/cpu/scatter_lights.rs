@@ -6,6 +6,7 @@ use super::count_lights::LevelTable;
 use super::fixed_point::{SMALLEST, fixed_from_float};
 use super::grid::{Grid, corner, trilinear_weight};
 use super::lights::{LightList, luminance};
+use crate::settings::Center;
 
 /// The 14 fixed-point sums of a vertex: w, wm, wm q (3), wm q^2 (3), wm n (3), w flux (3).
 pub type Moments = [u64; 14];
@@ -38,22 +39,23 @@ pub fn scatter_lights(
             if rank < table.count(level) {
                 let record = &mut moments[table.first(level) + rank];
                 let q = fraction - corner.as_vec3();
-                add_moments(record, weight, q, luminance(flux), lights.normal(light), flux);
+                add_moments(record, grid.center, weight, q, luminance(flux), lights.normal(light), flux);
             }
         }
     }
 }
 
-fn add_moments(record: &mut Moments, weight: f32, q: Vec3, m: f32, normal: Vec3, flux: Vec3) {
+fn add_moments(record: &mut Moments, center: Center, weight: f32, q: Vec3, m: f32, normal: Vec3, flux: Vec3) {
     let wm = (weight * m).max(SMALLEST);
+    let wp = if center == Center::Uniform { weight } else { wm };
     let mut add = |moment: usize, value: f32| {
         record[moment] = record[moment].wrapping_add(fixed_from_float(value));
     };
     add(0, weight);
     add(1, wm);
     for axis in 0..3 {
-        add(2 + axis, wm * q[axis]);
-        add(5 + axis, wm * q[axis] * q[axis]);
+        add(2 + axis, wp * q[axis]);
+        add(5 + axis, wp * q[axis] * q[axis]);
         add(8 + axis, wm * normal[axis]);
         add(11 + axis, weight * flux[axis]);
     }

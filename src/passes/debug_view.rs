@@ -137,7 +137,7 @@ pub fn sum_lights(
         let mut push = vec![first_row * TILE_SIZE];
         push.extend(LEVEL_COLORS.iter().chain(&[NO_VALUE]));
         let work = ComputeWork {
-            constants: vec![u32::from(shares)],
+            constants: vec![u32::from(shares), frame.shape.lobe.code()],
             push,
             ..shader("debug_view/sum_lights", Dispatch::Groups([columns, band_rows, tiles]))
         };

@@ -4,11 +4,16 @@ use super::compaction::{GridLights, per_light};
 use super::{Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
+use crate::settings::Center;
 
 /// Adds one pass per level.
 pub fn add(frame: &mut Frame, placement: BufferHandle, grid: &GridLights) {
     for level in 2..=frame.shape.levels.top {
-        let work = ComputeWork { push: vec![level], ..shader("grid_gather/gather_vertex", per_light(grid, level)) };
+        let work = ComputeWork {
+            push: vec![level],
+            constants: vec![u32::from(frame.shape.center == Center::Uniform)],
+            ..shader("grid_gather/gather_vertex", per_light(grid, level))
+        };
         let pass = frame
             .compute(&format!("grid_gather/S{level}"), work)
             .bind(1, placement, Access::ComputeRead)

@@ -5,16 +5,19 @@ use super::compaction::{GridLights, Lights, over_level};
 use super::{Frame, shader, threads};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
+use crate::settings::Center;
 use crate::shared::MOMENT_WORDS;
 
 /// Adds the passes for levels `1..=last`.
 pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights, last: u32) {
     let size = 4 * u64::from(MOMENT_WORDS) * u64::from(frame.shape.grid_capacity);
     let moments = frame.graph.transient_buffer("moments", size);
+    let uniform_center = u32::from(frame.shape.center == Center::Uniform);
     frame.clear("grid_scatter/clear", &[(moments, 0)]);
     for level in 1..=last {
         let work = ComputeWork {
             push: vec![level],
+            constants: vec![uniform_center],
             ..shader("grid_scatter/scatter_lights", threads(frame.shape.light_capacity()))
         };
         let pass = frame
@@ -29,7 +32,11 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
         frame.graph.add_pass(pass);
     }
     for level in 1..=last {
-        let work = ComputeWork { push: vec![level], ..shader("grid_scatter/resolve_moments", over_level(grid, level)) };
+        let work = ComputeWork {
+            push: vec![level],
+            constants: vec![uniform_center],
+            ..shader("grid_scatter/resolve_moments", over_level(grid, level))
+        };
         let pass = frame
             .compute(&format!("grid_scatter/resolve_S{level}"), work)
             .bind(1, moments, Access::ComputeRead)

@@ -104,7 +104,7 @@ fn draws(frame: &Frame, merged: &MergedLights) -> Vec<RasterDraw> {
         let draw = |vertex: &str, fragment: &str, depth_compare, cull, viewport, call| RasterDraw {
             vertex: format!("light_volumes/{vertex}.vert"),
             fragment: format!("light_volumes/{fragment}_{mode}.frag"),
-            constants: vec![u32::from(frame.shape.count_overdraw)],
+            constants: vec![u32::from(frame.shape.count_overdraw), frame.shape.lobe.code()],
             push: vec![tile],
             state: RasterState { additive_blend: true, depth_compare, depth_write: false, cull, scene_vertices: false },
             viewport,

@@ -29,7 +29,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, Reservoir, ShadowPoints, View};
+use crate::settings::{Build, Center, Filter, Lobe, Reservoir, ShadowPoints, View};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -49,6 +49,10 @@ pub struct FrameShape {
     pub interleave: u32,
     /// Levels of the hierarchy.
     pub levels: Levels,
+    /// How grid lights send out their flux.
+    pub lobe: Lobe,
+    /// Where grid lights are.
+    pub center: Center,
     /// First level used for lighting, 0 or 1.
     pub first_level: u32,
     /// Light paths.

@@ -49,7 +49,7 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> ShadowEstim
         Reservoir::Exact => "shadow_rays/trace_shadow_rays_exact",
         Reservoir::Race | Reservoir::Lock => "shadow_rays/trace_shadow_rays",
     };
-    let constants = vec![u32::from(inputs.descent.is_some())];
+    let constants = vec![u32::from(inputs.descent.is_some()), frame.shape.lobe.code()];
     let push = vec![inputs.descent.map_or(0, |d| d.index_bits)];
     let work = ComputeWork { uses_scene: true, constants, push, ..shader(name, frame.per_pixel()) };
     // Without descent the tables are not read, but a binding needs a buffer.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::shared;
 use clap::ValueEnum;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -50,6 +51,19 @@ pub enum Lobe {
     Sh1,
     /// The non-linear first-order reconstruction of Geomerics: never negative, keeps the flux.
     Sh1Nonlinear,
+}
+
+impl Lobe {
+    /// The number that shaders know it by.
+    #[must_use]
+    pub fn code(self) -> u32 {
+        match self {
+            Self::Mixture => shared::LOBE_MIXTURE,
+            Self::ClampedNormal => shared::LOBE_CLAMPED_NORMAL,
+            Self::Sh1 => shared::LOBE_SH1,
+            Self::Sh1Nonlinear => shared::LOBE_SH1_NONLINEAR,
+        }
+    }
 }
 
 /// Where a grid light is.

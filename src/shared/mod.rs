@@ -44,6 +44,14 @@ shared_constants! {
     LIGHT_POINT = 1;
     /// Light kind in `PunctualLight`.
     LIGHT_SPOT = 2;
+    /// `--lobe mixture`.
+    LOBE_MIXTURE = 0;
+    /// `--lobe clamped-normal`.
+    LOBE_CLAMPED_NORMAL = 1;
+    /// `--lobe sh1`.
+    LOBE_SH1 = 2;
+    /// `--lobe sh1-nonlinear`.
+    LOBE_SH1_NONLINEAR = 3;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

@@ -116,7 +116,7 @@ impl Hierarchy {
             tables: self.read(descent.tables),
             representatives: self.read(descent.representatives),
             index_bits: descent.index_bits,
-            grid: Grid { placement: placement[0], levels: self.shape.levels },
+            grid: Grid { placement: placement[0], levels: self.shape.levels, center: self.shape.center },
             occupancy: self.read(outputs.grid.occupancy),
             ranks: self.read(outputs.grid.ranks),
             table,
@@ -161,6 +161,8 @@ pub fn shape(options: Options) -> FrameShape {
         direct: true,
         accumulate: false,
         samples: 1,
+        lobe: gridlight::settings::Lobe::Mixture,
+        center: gridlight::settings::Center::Intensity,
         view: View::Final,
     }
 }

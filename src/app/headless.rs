@@ -7,6 +7,8 @@ use crate::gpu::{Gpu, GpuOptions};
 use crate::graph::to_dot;
 use crate::progress::{Bar, Progress};
 use crate::renderer::{Renderer, UploadedScene};
+use crate::report::dump;
+use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::files::Outputs;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
@@ -25,6 +27,7 @@ const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
 /// Whatever stands in the way; the outputs are then as they were.
 pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()> {
     let outputs = Outputs::prepare(settings)?;
+    let dump = settings.dump.as_deref().map(DumpTarget::prepare).transpose()?;
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
     let camera = find_camera(&scene, settings.camera.as_deref())?;
@@ -32,6 +35,8 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     let frames = run_frames(&mut renderer, settings, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
+    let dump =
+        dump.map(|target| write_dump(target, settings, &gpu, (&scene, &uploaded, camera), &renderer)).transpose()?;
     let printed = (!quiet).then(|| table(&times));
     let picture = match outputs.picture {
         None => None,
@@ -53,6 +58,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     if let Some((file, bytes)) = timings {
         file.commit(&bytes)?;
     }
+    dump.map_or(Ok(()), DumpFolder::commit)?;
     if let Some(text) = printed {
         super::say(&text);
     }
@@ -141,6 +147,21 @@ fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progress)
     Ok(frames)
 }
 
+/// Renders the last frame once more, into a dump that has no name yet; pictures are of that frame too.
+fn write_dump(
+    target: DumpTarget,
+    settings: &Settings,
+    gpu: &Arc<Gpu>,
+    (scene, uploaded, camera): (&Scene, &UploadedScene, &Camera),
+    renderer: &Renderer,
+) -> Result<DumpFolder> {
+    let mut folder = target.begin()?;
+    let settings = &settings_as_used(settings, renderer);
+    let scene_info = &scene_info(settings, scene, camera);
+    dump::write(&mut folder, &dump::Sources { gpu, scene, uploaded, renderer, settings, scene_info })?;
+    Ok(folder)
+}
+
 fn report(
     settings: &Settings,
     gpu: &Gpu,
@@ -150,34 +171,33 @@ fn report(
     times: RunTimes,
     counts: crate::report::timings::Counts,
 ) -> RunReport {
-    let device = gpu.report();
-    let mut settings = settings.clone();
-    // What `None` stood for.
-    settings.reservoir = Some(renderer.shape().reservoir);
+    let settings = settings_as_used(settings, renderer);
     RunReport {
         schema: SCHEMA,
         program: Program::this(),
-        device: Device {
-            name: device.name.clone(),
-            driver: device.driver.clone(),
-            api_version: device.api_version.clone(),
-            vendor_id: device.vendor_id,
-            device_id: device.device_id,
-            driver_version: device.driver_version,
-        },
+        device: Device::of(gpu.report()),
         machine: Machine::here(),
-        scene: SceneInfo {
-            name: scene.name.clone(),
-            path: settings.scene.as_ref().map(|p| p.display().to_string()),
-            triangles: scene.indices.len() as u64 / 3,
-            cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
-            camera: camera.name.clone(),
-        },
+        scene: scene_info(&settings, scene, camera),
         frames: settings.frames,
         warmup: settings.warmup,
         settings,
         times,
         memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
         counts,
+    }
+}
+
+/// The settings with what `None` stood for.
+fn settings_as_used(settings: &Settings, renderer: &Renderer) -> Settings {
+    Settings { reservoir: Some(renderer.shape().reservoir), ..settings.clone() }
+}
+
+fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
+    SceneInfo {
+        name: scene.name.clone(),
+        path: settings.scene.as_ref().map(|p| p.display().to_string()),
+        triangles: scene.indices.len() as u64 / 3,
+        cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
+        camera: camera.name.clone(),
     }
 }

@@ -9,6 +9,7 @@ mod image;
 mod instance;
 mod markers;
 mod pipeline;
+mod readback;
 mod recorder;
 mod resources;
 mod scene_set;
@@ -22,6 +23,7 @@ pub use executor::{Executor, FrameTicket, FrameTimes};
 pub use features::{DeviceReport, OptionalFeatures};
 pub use image::Image;
 pub use instance::{Instance, list_gpus};
+pub use readback::{SceneBytes, Written};
 pub use resources::MemoryUse;
 pub use scene_set::{SceneData, SceneSet};
 pub use work::{

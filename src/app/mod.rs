@@ -1,5 +1,6 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
+pub mod diff_dumps;
 pub mod headless;
 pub mod list_gpus;
 
@@ -34,6 +35,7 @@ fn execute(command: Command) -> Result<()> {
             say(&text);
             Ok(())
         }
+        Command::DiffDumps(args) => diff_dumps::diff(&args),
         Command::ListGpus { verbosity } => {
             start_log(verbosity);
             list_gpus::list()

@@ -1,5 +1,6 @@
 //! The command line: what it accepts, and how it overrides a settings file.
 
+mod commands;
 mod options;
 
 use std::ffi::OsString;
@@ -9,6 +10,8 @@ use clap::error::ErrorKind;
 
 use crate::settings::Settings;
 use crate::{Error, Result};
+pub use commands::DiffDumpsArgs;
+use commands::Subcommand;
 use options::{DeviceArgs, DiagnosticsArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs, ShadowArgs};
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
@@ -39,6 +42,8 @@ pub enum Command {
         /// How much to say.
         verbosity: Verbosity,
     },
+    /// Compare two dumps.
+    DiffDumps(DiffDumpsArgs),
     /// Print this text (help or version) on stdout.
     Show(String),
 }
@@ -46,8 +51,11 @@ pub enum Command {
 /// Render scenes lit by very many lights with the Lighting Grid Hierarchy on Vulkan.
 #[derive(Debug, Parser)]
 #[command(name = "gridlight", version = VERSION, args_override_self = true, max_term_width = 110)]
-#[command(disable_help_flag = true, disable_version_flag = true)]
+#[command(disable_help_flag = true, disable_version_flag = true, disable_help_subcommand = true)]
+#[command(args_conflicts_with_subcommands = true, subcommand_help_heading = "Commands")]
 pub struct Args {
+    #[command(subcommand)]
+    command: Option<Subcommand>,
     #[command(flatten)]
     run: RunArgs,
     #[command(flatten)]
@@ -85,6 +93,10 @@ where
 
 impl Args {
     fn into_command(self) -> Result<Command> {
+        if let Some(Subcommand::DiffDumps(args)) = self.command {
+            args.validate()?;
+            return Ok(Command::DiffDumps(args));
+        }
         let verbosity = Verbosity { verbose: self.diagnostics.verbose, quiet: self.diagnostics.quiet };
         if self.device.list_gpus {
             return Ok(Command::ListGpus { verbosity });

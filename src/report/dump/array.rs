@@ -75,13 +75,13 @@ impl Field {
     /// Numbers of one record.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.shape.iter().product::<u64>() as usize
+        self.shape.iter().fold(1_u64, |count, axis| count.saturating_mul(*axis)) as usize
     }
 
     /// Bytes of one record.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.count() * self.scalar.bytes()
+        self.count().saturating_mul(self.scalar.bytes())
     }
 }
 
@@ -161,13 +161,13 @@ impl Array {
         let fields = fields(&header.dtype())
             .filter(|_| header.order() == Order::C)
             .ok_or_else(|| Error::file(path, format!("holds {}, which no dump has", header.dtype().descr())))?;
-        let array = Self::records(fields, header.shape(), rest);
-        let wanted = header.shape().iter().product::<u64>() as usize * array.element_bytes();
-        if rest.len() != wanted {
+        let element: u64 = fields.iter().map(|f| f.bytes() as u64).sum();
+        let wanted = header.shape().iter().fold(element, |size, count| size.saturating_mul(*count));
+        if element == 0 || rest.len() as u64 != wanted {
             let sentence = format!("is damaged: it holds {} bytes of numbers instead of {wanted}", rest.len());
             return Err(Error::file(path, sentence));
         }
-        Ok(array)
+        Ok(Self::records(fields, header.shape(), rest))
     }
 }
 

@@ -271,11 +271,16 @@ pub mod others {
 mod tests {
     use super::*;
 
+    const DOCS: &str = include_str!("../../../docs/dumps.md");
+
     #[test]
-    fn every_entry_is_a_sentence_and_is_reached() {
+    fn every_entry_is_documented_and_is_reached() {
         for listed in TABLE {
             let name = listed.name.trim_end_matches('*');
             assert!(listed.meaning.ends_with('.') && !listed.units.is_empty(), "{name}");
+            let row = format!("| {} |", listed.meaning);
+            let documented = DOCS.lines().any(|l| l.starts_with(&format!("| `{}` ", listed.name)) && l.ends_with(&row));
+            assert!(documented, "{name} is missing in docs/dumps.md, or is described differently there");
             assert_eq!(entry(name).map(|e| e.name), Some(listed.name), "{name} is hidden by an entry before it");
         }
         assert!(entry("no such resource").is_none());

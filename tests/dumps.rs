@@ -158,7 +158,9 @@ fn a_planted_value_is_found_in_its_pass() {
     complains(&found, 3, &["first in pass merge"]);
     let last = found.stdout.lines().last().unwrap();
     assert!(
-        last.contains("merge: 1 of ") && last.contains("of merged_lights differ") && last.contains("(relative 2.00e-3)"),
+        last.contains("merge: 1 of ")
+            && last.contains("of merged_lights differ")
+            && last.contains("(relative 2.00e-3)"),
         "{last}"
     );
     assert!(last.ends_with(&format!("1 of {} files differ", manifest.files.len())), "{last}");

@@ -1,10 +1,12 @@
-//! The commands beside rendering.
+//! The commands beside rendering, and their options.
 
 use std::path::PathBuf;
 
+use clap::ArgAction;
+
 use crate::{Error, Result};
 
-/// What to do instead of rendering.
+/// The commands beside rendering.
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Subcommand {
     /// Compare two dumps pass by pass and name the first pass that differs (exit 3 when one does)
@@ -12,7 +14,8 @@ pub(super) enum Subcommand {
 }
 
 /// Two dumps to compare.
-#[derive(Clone, Debug, PartialEq, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
+#[command(next_help_heading = "Diff dumps")]
 pub struct DiffDumpsArgs {
     /// Folder of a dump
     #[arg(value_name = "A")]
@@ -27,16 +30,13 @@ pub struct DiffDumpsArgs {
     #[arg(long)]
     pub ignore_settings: bool,
     /// Print this help
-    #[arg(short, long, action = clap::ArgAction::Help)]
+    #[arg(short, long, action = ArgAction::Help)]
     pub help: Option<bool>,
 }
 
 impl DiffDumpsArgs {
-    /// Checks the values.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a tolerance that makes no sense.
-    pub fn validate(&self) -> Result<()> {
+    /// Everything that can be found wrong without reading the dumps.
+    pub(super) fn check(&self) -> Result<()> {
         if self.tolerance.is_finite() && self.tolerance >= 0.0 {
             return Ok(());
         }

@@ -6,7 +6,7 @@ mod options;
 use std::ffi::OsString;
 
 use clap::Parser;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::settings::Settings;
 use crate::{Error, Result};
@@ -52,10 +52,10 @@ pub enum Command {
 #[derive(Debug, Parser)]
 #[command(name = "gridlight", version = VERSION, args_override_self = true, max_term_width = 110)]
 #[command(disable_help_flag = true, disable_version_flag = true, disable_help_subcommand = true)]
-#[command(args_conflicts_with_subcommands = true, subcommand_help_heading = "Commands")]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
     #[command(subcommand)]
-    command: Option<Subcommand>,
+    subcommand: Option<Subcommand>,
     #[command(flatten)]
     run: RunArgs,
     #[command(flatten)]
@@ -93,8 +93,8 @@ where
 
 impl Args {
     fn into_command(self) -> Result<Command> {
-        if let Some(Subcommand::DiffDumps(args)) = self.command {
-            args.validate()?;
+        if let Some(Subcommand::DiffDumps(args)) = self.subcommand {
+            args.check()?;
             return Ok(Command::DiffDumps(args));
         }
         let verbosity = Verbosity { verbose: self.diagnostics.verbose, quiet: self.diagnostics.quiet };
@@ -130,6 +130,12 @@ impl Args {
 
 /// clap's message as one sentence: without the usage line and the pointer to `--help`.
 fn sentence(error: &clap::Error) -> String {
+    // clap takes whatever follows a scene for a command.
+    if let (ErrorKind::ArgumentConflict, Some(ContextValue::String(extra))) =
+        (error.kind(), error.get(ContextKind::InvalidSubcommand))
+    {
+        return format!("unexpected argument '{extra}' found; there is one scene, and a command comes before all else");
+    }
     let text = error.to_string();
     let text = text.split("Usage:").next().unwrap_or(&text);
     let text = text.split("For more information").next().unwrap_or(text);

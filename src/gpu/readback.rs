@@ -73,7 +73,8 @@ impl Executor {
         let mut shown: Vec<Use> = Vec::new();
         for used in pass.uses.iter().filter(|used| used.access.is_write()) {
             let known = shown.iter().any(|other| other.resource == used.resource);
-            if !known && !(only_cleared(used.resource) && written_later(used.resource)) {
+            let tells_nothing = only_cleared(used.resource) && written_later(used.resource);
+            if !known && !tells_nothing {
                 shown.push(*used);
             }
         }

@@ -191,8 +191,8 @@ fn compare_files(a: (&PathBuf, &FileEntry), b: (&PathBuf, &FileEntry), options: 
         row.note = Some(format!("{} and {} elements", elements(a.1), elements(b.1)));
     }
     for (x, y) in left.iter().zip(&right) {
-        let fractional_bits = a.1.fractional_bits.get(&x.name).copied();
-        compare_columns(&mut row, x, y, fractional_bits, options.tolerance);
+        let scale = a.1.scale.get(&x.name).copied();
+        compare_columns(&mut row, x, y, scale, options.tolerance);
     }
     Ok(row)
 }
@@ -223,14 +223,13 @@ fn number(scalar: Scalar, bytes: &[u8], scale: f64) -> (u64, f64) {
     (bits, value)
 }
 
-fn compare_columns(row: &mut Row, a: &Column, b: &Column, fractional_bits: Option<u32>, tolerance: f64) {
-    let scale = 0.5_f64.powi(fractional_bits.unwrap_or(0) as i32);
+fn compare_columns(row: &mut Row, a: &Column, b: &Column, scale: Option<f64>, tolerance: f64) {
     let size = a.scalar.bytes();
     let numbers = |column: &Column| -> Vec<(u64, f64)> {
-        column.bytes.chunks_exact(size).map(|bytes| number(column.scalar, bytes, scale)).collect()
+        column.bytes.chunks_exact(size).map(|bytes| number(column.scalar, bytes, scale.unwrap_or(1.0))).collect()
     };
     let (left, right) = (numbers(a), numbers(b));
-    let real = matches!(a.scalar, Scalar::F16 | Scalar::F32) || fractional_bits.is_some();
+    let real = matches!(a.scalar, Scalar::F16 | Scalar::F32) || scale.is_some();
     let finite = left.iter().chain(&right).map(|n| n.1.abs()).filter(|value| value.is_finite());
     let (sum, count) = finite.fold((0.0, 0_u64), |(sum, count), value| (sum + value, count + 1));
     let floor = FLOOR * sum / count.max(1) as f64;
@@ -361,9 +360,9 @@ mod tests {
     fn integers_are_exact_and_fixed_point_is_not() {
         let column =
             |value: i64| Column { name: String::new(), scalar: Scalar::I64, bytes: value.to_le_bytes().into() };
-        for (bits, differing) in [(None, 1), (Some(40), 0)] {
+        for (scale, differing) in [(None, 1), (Some(0.5_f64.powi(40)), 0)] {
             let mut row = Row { counts: true, ..Row::default() };
-            compare_columns(&mut row, &column(1 << 40), &column((1 << 40) + 9), bits, 1e-6);
+            compare_columns(&mut row, &column(1 << 40), &column((1 << 40) + 9), scale, 1e-6);
             assert_eq!(row.differing, differing);
         }
     }

@@ -41,9 +41,10 @@ pub struct FileEntry {
     /// `picture`, or `interleaved` for sub-images side by side; none for what has no pixels.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub layout: Option<String>,
-    /// Fields that are real numbers times this power of two; an array without names has the name ``.
+    /// Fields of integers that stand for real numbers, with the factor that gives them; an array without names has
+    /// the name ``.
     #[serde(skip_serializing_if = "BTreeMap::is_empty", default)]
-    pub fractional_bits: BTreeMap<String, u32>,
+    pub scale: BTreeMap<String, f64>,
     /// Units of the numbers.
     pub units: String,
     /// What the resource holds, in a sentence.

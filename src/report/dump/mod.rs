@@ -192,18 +192,18 @@ impl FrameDump<'_> {
 }
 
 fn array_entry(pass_index: Option<usize>, pass: &str, resource: &str, array: &Array) -> FileEntry {
-    let fractional_bits = |name: &str, scalar| match (resource, name, scalar) {
-        (_, "normal_octahedral", _) => Some(15),
-        ("moments", _, Scalar::I64) => Some(40),
+    let scale = |name: &str, scalar| match (resource, name, scalar) {
+        (_, "normal_octahedral", _) => Some(1.0 / 32767.0),
+        ("moments", _, Scalar::I64) => Some(0.5_f64.powi(40)),
         _ => None,
     };
-    let bits = array.fields.iter().filter_map(|f| Some((f.name.clone(), fractional_bits(&f.name, f.scalar)?)));
+    let scales = array.fields.iter().filter_map(|f| Some((f.name.clone(), scale(&f.name, f.scalar)?)));
     FileEntry {
         file: file_name(pass_index, pass, resource, "npy"),
         dtype: array.dtype_json(),
         shape: array.shape.clone(),
         first_element: array.first,
-        fractional_bits: bits.collect(),
+        scale: scales.collect(),
         ..blank(pass_index, pass, resource, "buffer")
     }
 }
@@ -231,7 +231,7 @@ fn blank(pass_index: Option<usize>, pass: &str, resource: &str, kind: &str) -> F
         first_element: 0,
         resource_bytes: 0,
         layout: None,
-        fractional_bits: std::collections::BTreeMap::new(),
+        scale: std::collections::BTreeMap::new(),
         units: String::new(),
         meaning: String::new(),
     }

@@ -4,6 +4,7 @@ mod support;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use gridlight::report::dump::array::Array;
 use gridlight::report::dump::images::Picture;
@@ -215,4 +216,48 @@ fn a_folder_in_use_is_left_alone() {
     assert_eq!(try_at(&used).code, Some(0));
     assert!(names(&used).contains(&"manifest.json".to_owned()));
     assert_eq!(names(folder.path()), ["used"]);
+}
+
+/// A Python that has NumPy.
+fn python() -> Option<&'static str> {
+    ["python3", "/usr/bin/python3"].into_iter().find(|python| {
+        let found = Command::new(python).args(["-c", "import numpy"]).output();
+        found.is_ok_and(|output| output.status.success())
+    })
+}
+
+/// The script that computes a dump anew, with its options.
+fn recompute(python: &str, dump: &Path, options: &[&str]) -> Run {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/recompute_dump.py");
+    let mut command = Command::new(python);
+    command.arg(script).arg(dump).args(options);
+    run(command)
+}
+
+#[test]
+fn an_independent_script_computes_the_same() {
+    let Some(python) = python() else {
+        println!("skipped: there is no python3 with numpy");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for (name, options) in [
+        ("plain", ""),
+        ("interleaved", "--interleave 2 --reservoir lock --alpha 2"),
+        ("scattered", "--build scatter --first-level 0 --shadow-samples 0"),
+    ] {
+        let path = dump(folder.path(), name, options);
+        let found = recompute(python, &path, &["--pixels", "100"]);
+        assert_eq!((found.code, found.stderr.as_str()), (Some(0), ""), "{name}\n{}", found.stdout);
+        let stages = found.stdout.lines().filter(|line| line.contains(" pass ")).count();
+        assert_eq!(stages + 1, found.stdout.lines().count(), "{name}\n{}", found.stdout);
+        assert!(stages >= 9, "{name}\n{}", found.stdout);
+    }
+    let found = recompute(python, &folder.path().join("plain"), &["--pixels", "60", "--self-test"]);
+    assert_eq!(found.code, Some(0), "{}{}", found.stdout, found.stderr);
+    assert!(found.stdout.ends_with("every planted fault was noticed\n"), "{}", found.stdout);
+    let found = recompute(python, &folder.path().join("plain"), &["--plant", "merge"]);
+    assert_eq!(found.code, Some(3), "{}{}", found.stdout, found.stderr);
+    let found = recompute(python, folder.path(), &[]);
+    complains(&found, 1, &["manifest.json cannot be read"]);
 }

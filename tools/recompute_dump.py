@@ -19,29 +19,30 @@ from recompute import hierarchy, pictures  # noqa: E402
 from recompute.faults import FAULTS, plant_fault  # noqa: E402
 from recompute.reader import Dump, DumpError  # noqa: E402
 
+# Name, function, tolerance, what differences are relative to and why they may be as large, whether it needs the hierarchy.
+# "own size" is a number's own magnitude, or where that is more a hundredth of the mean one.
 STAGES = [
-    # name, function, tolerance, what differences are relative to and why this much, needs the hierarchy
     ("placement", hierarchy.placement, 1e-6, "scene radius; one rounding of the edge", True),
-    ("moments", hierarchy.moments, 2e-5, "the vertex's w, wm, flux; 23-bit weights, 2^-40 lost by each light", True),
-    ("scattered lights", hierarchy.scattered_lights, 2e-5, "cells, own size; moments rounded to 24 bits", True),
-    ("gathered lights", hierarchy.gathered_lights, 1e-4, "cells, own size; sums of S1 lights in single precision", True),
+    ("moments", hierarchy.moments, 5e-6, "w, wm, flux of the vertex; weights of 24 bits, each sum cut at 2^-40", True),
+    ("scattered lights", hierarchy.scattered_lights, 5e-5, "cells, own size; positions of 24 bits, many cells", True),
+    ("gathered lights", hierarchy.gathered_lights, 5e-5, "cells, own size; sums of S1 in single precision", True),
     ("energy", hierarchy.energy, 1e-5, "flux of S0; shares below 1e-6 are left out", True),
-    ("merged", hierarchy.merged, 1e-6, "own size; copies, normals unpacked anew", True),
-    ("blending", pictures.blending, 1e-6, "radius, 1; powers of two", True),
-    ("lighting", pictures.lighting, None, "own size; hundreds of lights added in the image's format", True),
-    ("shadow samples", pictures.shadow_samples, 3e-3, "own key, at least that of a logarithm of 5e-4; those are good to 2^-21", True),
+    ("merged", hierarchy.merged, 1e-6, "own size; copies, but normals and luminances of S0 are computed", True),
+    ("blending", pictures.blending, 1e-6, "own size; powers of two", True),
+    ("lighting", pictures.lighting, 1e-4, "own size; hundreds of lights added in single precision", True),
+    ("shadow samples", pictures.shadow_samples, 3e-3, "own key; logarithms are good to 2^-21, so at least 5e-4", True),
     ("compose", pictures.compose, 1e-5, "own size; a few roundings", False),
-    ("tone_map", pictures.tone_map, 0.6 / 255, "255; the picture is rounded to 8 bits", False),
+    ("tone_map", pictures.tone_map, 0.6 / 255, "white; rounded to 8 bits", False),
 ]
+
+# Where lights are added in an image of half floats, 11 bits of each partial sum are left.
+HALF_FLOAT_TOLERANCE = 0.1
 
 
 def tolerance_of(name, tolerance, dump):
-    """Where it depends on the dump: a half-float image keeps 11 bits of every partial sum."""
-    if tolerance is not None:
-        return tolerance
-    if dump.files["light_volumes", "lighting"]["dtype"] == "<f2":
-        return 0.1
-    return 1e-3
+    """The tolerance of a stage for this dump."""
+    half = name == "lighting" and dump.files["light_volumes", "lighting"]["dtype"] == "<f2"
+    return HALF_FLOAT_TOLERANCE if half else tolerance
 
 
 def run(folder, pixels, plant=None):
@@ -61,7 +62,7 @@ def run(folder, pixels, plant=None):
 
 
 def print_rows(rows):
-    print(f"{'stage':<17}{'values':>9}{'worst':>11}{'tolerance':>11}  {'':<5} relative to; why this much")
+    print(f"{'stage':<17}{'values':>9}{'worst':>11}{'tolerance':>11}  {'':<5} relative to; why it may differ")
     for name, values, error, limit, reason, holds in rows:
         print(f"{name:<17}{values:>9}{error:>11.2e}{limit:>11.1e}  {'pass' if holds else 'FAIL':<5} {reason}")
 

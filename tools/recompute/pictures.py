@@ -100,11 +100,12 @@ def shadow_samples(dump, rng, pixels):
         return 0, 0.0
     surface, reservoirs = Surface(dump, rng, pixels), dump.get("light_volumes", "reservoirs")
     found = reservoirs[surface.row, surface.column]
+    if dump.manifest["settings"]["reservoir"] == "race":
+        # Updates may be lost, by design.
+        return 0, 0.0
     if "total" in found.dtype.names:
         total = dump.get("light_volumes", "lighting")[surface.row, surface.column, 3]
-        error = worst(found["total"], total, magnitude(total))
-        # Updates may be lost by design.
-        return total.size, error if dump.manifest["settings"]["reservoir"] == "lock" else 0.0
+        return total.size, worst(found["total"], total, magnitude(total))
     error, seed = 0.0, np.uint64(dump.frame["seed"])
     for pixel, chosen in enumerate(found):
         radiance, start = surface.lit(dump, pixel)

@@ -50,7 +50,8 @@ def run(folder, pixels, plant=None):
     dump, rows = Dump(folder), []
     if plant:
         plant_fault(dump, plant)
-    has_hierarchy = dump.has("merge", "merged_lights")
+    # Where no light reaches the scene there is nothing to build.
+    has_hierarchy = dump.has("merge", "merged_lights") and len(dump.get("merge", "merged_lights")) > 0
     for name, function, tolerance, reason, needs in STAGES:
         if needs and not has_hierarchy:
             continue

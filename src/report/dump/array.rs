@@ -4,7 +4,6 @@ use std::io::Write;
 use std::path::Path;
 
 use npyz::{DType, NpyHeader, Order, WriteOptions, WriterBuilder};
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::{Error, Result};
@@ -202,20 +201,6 @@ fn field(name: &str, dtype: &DType) -> Option<Field> {
     match inner {
         DType::Plain(text) => Some(Field::new(name, Scalar::parse(&text.to_string())?, &shape)),
         _ => None,
-    }
-}
-
-/// A type that a [`Scalar`] stands for in JSON.
-impl Serialize for Scalar {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.type_string())
-    }
-}
-
-impl<'de> Deserialize<'de> for Scalar {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        Self::parse(&text).ok_or_else(|| serde::de::Error::custom(format!("unknown type {text}")))
     }
 }
 

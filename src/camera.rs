@@ -1,6 +1,6 @@
 //! From a scene camera to the frame's constants. Reversed Z, infinite far plane, y down in the picture.
 
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::scene::Camera;
 
@@ -23,16 +23,19 @@ pub struct View {
 
 impl View {
     /// The camera's view onto a picture; the vertical field of view is the camera's, the horizontal one follows.
+    /// `jitter_px` leads from the pixel centres to where pixels are sampled, y down.
     #[must_use]
-    pub fn new(camera: &Camera, width_px: u32, height_px: u32) -> Self {
+    pub fn new(camera: &Camera, width_px: u32, height_px: u32, jitter_px: Vec2) -> Self {
         let half_height = (camera.yfov_rad * 0.5).tan();
         let half_width = half_height * width_px as f32 / height_px as f32;
         let row = |axis: Vec3, scale: f32| (axis * scale).extend(-axis.dot(camera.position_ws) * scale);
+        // The picture moves against the sampling points; clip w is the distance along the viewing direction.
+        let ahead = row(camera.forward_ws, 1.0);
         let rows = [
-            row(camera.right_ws, 1.0 / half_width),
-            row(camera.up_ws, -1.0 / half_height),
+            row(camera.right_ws, 1.0 / half_width) - ahead * (2.0 * jitter_px.x / width_px as f32),
+            row(camera.up_ws, -1.0 / half_height) - ahead * (2.0 * jitter_px.y / height_px as f32),
             Vec4::new(0.0, 0.0, 0.0, camera.near),
-            row(camera.forward_ws, 1.0),
+            ahead,
         ];
         Self {
             clip_from_world: Mat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose(),
@@ -60,11 +63,15 @@ mod tests {
             yfov_rad: std::f32::consts::FRAC_PI_2,
             near: 0.1,
         };
-        let view = View::new(&camera, 200, 100);
+        let view = View::new(&camera, 200, 100, Vec2::ZERO);
         let clip = view.clip_from_world * Vec4::new(1.0 + 4.0, 2.0 + 1.0, 3.0 - 2.0, 1.0);
         let ndc = clip / clip.w;
         // At distance 2 the picture is 4 high and 8 wide: x = 4 of 4, y = 1 of 2 (up is negative).
         assert!((ndc.x - 1.0).abs() < 1e-6 && (ndc.y + 0.5).abs() < 1e-6, "{ndc}");
         assert!((ndc.z - 0.05).abs() < 1e-6, "{ndc}");
+        // Sampling 1/4 pixel to the right and 1/2 below moves the picture by 1/400 and 1/100 of its half sizes.
+        let clip = View::new(&camera, 200, 100, Vec2::new(0.25, 0.5)).clip_from_world * Vec4::new(5.0, 3.0, 1.0, 1.0);
+        let moved = clip / clip.w - ndc;
+        assert!((moved.x + 0.0025).abs() < 1e-6 && (moved.y + 0.01).abs() < 1e-6, "{moved}");
     }
 }

@@ -38,6 +38,9 @@ pub enum Error {
         /// The last pass whose crash marker was reached.
         pass: String,
     },
+    /// The user stopped the run; what was finished has been written: exit code 130.
+    #[error("{0}")]
+    Interrupted(String),
     /// No Vulkan loader, driver or suitable device: exit code 77.
     #[error("{0}")]
     NoDevice(String),
@@ -59,6 +62,9 @@ pub enum Error {
     },
 }
 
+/// The exit code of an interrupted run, as shells have it: 128 and the number of the signal.
+pub const INTERRUPTED_EXIT_CODE: u8 = 130;
+
 /// Shorthand used throughout the crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -77,6 +83,7 @@ impl Error {
             Self::Validation { .. } => 4,
             Self::DeviceLost { .. } => 5,
             Self::NoDevice(_) => 77,
+            Self::Interrupted(_) => INTERRUPTED_EXIT_CODE,
             Self::Failure(_) | Self::File { .. } | Self::Vulkan { .. } | Self::Memory { .. } => 1,
         }
     }

@@ -1,18 +1,25 @@
 //! The frame in order: its table of contents.
 
+mod views;
+
 use crate::gpu::Work;
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::passes::compaction::{GridLights, Lights};
 use crate::passes::compose::Indirect;
 use crate::passes::descent::Descent;
 use crate::passes::gbuffer::GBuffer;
+use crate::passes::interleave::Composite;
+use crate::passes::light_volumes::Lighting;
 use crate::passes::merge::MergedLights;
+use crate::passes::shadow_rays::ShadowEstimates;
 use crate::passes::tone_map::ToneMapped;
 use crate::passes::{
-    Frame, FrameShape, atrous, bounds, compaction, compose, descent, direct_light, gbuffer, grid_gather, grid_scatter,
-    interleave, light_volumes, merge, shadow_rays, tone_map, vpl_trace,
+    Frame, FrameShape, accumulate, atrous, bounds, brute_force, compaction, compose, descent, direct_light, gbuffer,
+    grid_gather, grid_scatter, interleave, light_volumes, merge, path_trace, shadow_rays, tone_map, vpl_trace,
 };
 use crate::settings::{Build, Filter, ShadowPoints, Technique};
+
+pub use views::needs_lights;
 
 /// What can be read after a frame.
 #[derive(Clone, Copy, Debug)]
@@ -40,24 +47,40 @@ pub struct HierarchyOutputs {
     pub merged: MergedLights,
     /// The way from coarse lights to the lights they are made of, when shadow rays take it.
     pub descent: Option<Descent>,
-    /// Fragments per pixel of the light volumes.
+    /// Fragments per pixel of the light volumes; without them the ray counts.
     pub overdraw: BufferHandle,
 }
 
-/// The whole frame of a technique.
+/// The whole frame of a technique, or the part of it that the shape's view shows.
 #[must_use]
 pub fn build(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutputs) {
+    views::build(&shape).unwrap_or_else(|| build_picture(technique, shape))
+}
+
+fn build_picture(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutputs) {
     let mut frame = Frame::new(shape);
     let gbuffer = gbuffer::add(&mut frame);
     let (indirect, hierarchy) = match technique {
-        Technique::Direct | Technique::BruteForce | Technique::PathTrace => (None, None),
+        Technique::Direct => (None, None),
         Technique::Lgh => {
             let (indirect, hierarchy) = lighting_grid_hierarchy(&mut frame, &gbuffer);
             (Some(indirect), Some(hierarchy))
         }
+        Technique::BruteForce => {
+            let lights = trace_lights(&mut frame);
+            let lighting = brute_force::add(&mut frame, &gbuffer, &lights);
+            (Some(Indirect { lighting, shadows: None, has_share: true }), None)
+        }
+        Technique::PathTrace => {
+            let lighting = path_trace::add(&mut frame, &gbuffer);
+            (Some(Indirect { lighting, shadows: None, has_share: true }), None)
+        }
     };
-    let direct = direct_light::add(&mut frame, &gbuffer);
-    let radiance = compose::add(&mut frame, &gbuffer, direct, indirect);
+    let direct = frame.shape.direct.then(|| direct_light::add(&mut frame, &gbuffer));
+    let mut radiance = compose::add(&mut frame, &gbuffer, direct, indirect);
+    if frame.shape.accumulate {
+        radiance = accumulate::add(&mut frame, radiance);
+    }
     let tone_mapped = tone_map::add(&mut frame, radiance);
     let outputs = FrameOutputs { radiance, tone_mapped, ray_count: frame.ray_count, hierarchy };
     (frame.graph, outputs)
@@ -67,9 +90,13 @@ pub fn build(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutp
 #[must_use]
 pub fn build_lights(shape: FrameShape) -> (Graph<Work>, Lights) {
     let mut frame = Frame::new(shape);
-    let slots = vpl_trace::add(&mut frame);
-    let lights = compaction::pack_lights(&mut frame, &slots);
+    let lights = trace_lights(&mut frame);
     (frame.graph, lights)
+}
+
+fn trace_lights(frame: &mut Frame) -> Lights {
+    let slots = vpl_trace::add(frame);
+    compaction::pack_lights(frame, &slots)
 }
 
 /// The hierarchy alone, over lights that the caller writes to the S0 buffers: how the stages are tested.
@@ -86,26 +113,60 @@ pub fn build_hierarchy(shape: FrameShape) -> (Graph<Work>, HierarchyOutputs) {
 }
 
 fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, HierarchyOutputs) {
-    let slots = vpl_trace::add(frame);
-    let lights = compaction::pack_lights(frame, &slots);
+    let mut hierarchy = add_hierarchy(frame);
+    let lit = add_lighting(frame, gbuffer, &mut hierarchy);
+    let shadows = lit.lighting.reservoirs.map(|reservoirs| {
+        let estimates = trace_shadows(frame, gbuffer, &mut hierarchy, &lit, reservoirs);
+        filter_shadows(frame, gbuffer, &lit, estimates)
+    });
+    (Indirect { lighting: lit.composite.lighting, shadows, has_share: false }, hierarchy)
+}
+
+/// Traces the light paths and builds the hierarchy over their lights.
+fn add_hierarchy(frame: &mut Frame) -> HierarchyOutputs {
+    let lights = trace_lights(frame);
     let placement = bounds::add(frame, &lights);
     let grid = construct(frame, &lights, placement);
     let merged = merge::add(frame, &lights, &grid);
+    HierarchyOutputs { lights, placement, grid, merged, descent: None, overdraw: frame.ray_count }
+}
+
+/// The unshadowed lighting, as the light volumes leave it and put together.
+struct Lit {
+    lighting: Lighting,
+    composite: Composite,
+}
+
+fn add_lighting(frame: &mut Frame, gbuffer: &GBuffer, hierarchy: &mut HierarchyOutputs) -> Lit {
     let depth = interleave::split_depth(frame, gbuffer);
-    let lighting = light_volumes::add(frame, gbuffer, depth, placement, &merged);
-    let composited = interleave::composite(frame, gbuffer, lighting.image);
-    let descent = lighting.reservoirs.and_then(|_| add_descent(frame, &lights, placement, &grid));
-    let shadows = lighting.reservoirs.map(|reservoirs| {
-        let inputs = shadow_rays::Inputs { merged, lighting, reservoirs, lights, grid, descent };
-        let estimates = shadow_rays::add(frame, gbuffer, &inputs);
-        let estimates = interleave::smooth_estimates(frame, gbuffer, &composited, estimates);
-        match frame.shape.filter {
-            Filter::Atrous => atrous::add(frame, gbuffer, composited.lighting, estimates),
-            Filter::None => estimates,
-        }
-    });
-    let outputs = HierarchyOutputs { lights, placement, grid, merged, descent, overdraw: lighting.overdraw };
-    (Indirect { lighting: composited.lighting, shadows }, outputs)
+    let lighting = light_volumes::add(frame, gbuffer, depth, hierarchy.placement, &hierarchy.merged);
+    hierarchy.overdraw = lighting.overdraw;
+    let composite = interleave::composite(frame, gbuffer, lighting.image);
+    Lit { lighting, composite }
+}
+
+/// One ray for each light that a reservoir holds.
+fn trace_shadows(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    hierarchy: &mut HierarchyOutputs,
+    lit: &Lit,
+    reservoirs: BufferHandle,
+) -> ShadowEstimates {
+    let HierarchyOutputs { lights, placement, grid, merged, .. } = *hierarchy;
+    let descent = add_descent(frame, &lights, placement, &grid);
+    hierarchy.descent = descent;
+    let inputs = shadow_rays::Inputs { merged, lighting: lit.lighting, reservoirs, lights, grid, descent };
+    shadow_rays::add(frame, gbuffer, &inputs)
+}
+
+/// Takes the interleaving pattern and the noise out of the estimates.
+fn filter_shadows(frame: &mut Frame, gbuffer: &GBuffer, lit: &Lit, estimates: ShadowEstimates) -> ShadowEstimates {
+    let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
+    match frame.shape.filter {
+        Filter::Atrous => atrous::add(frame, gbuffer, lit.composite.lighting, estimates),
+        Filter::None => estimates,
+    }
 }
 
 /// Adds the descent passes when shadow rays need them.

@@ -8,6 +8,7 @@ pub mod error;
 pub mod frame;
 pub mod gpu;
 pub mod graph;
+pub mod interrupt;
 pub mod light_grid;
 pub mod passes;
 pub mod progress;
@@ -17,5 +18,6 @@ pub mod scene;
 pub mod settings;
 pub mod shader;
 pub mod shared;
+pub mod views;
 
 pub use error::{Error, Result};

@@ -28,7 +28,7 @@ impl Progress {
     pub fn bar(&self, name: &str, total: u64) -> Bar {
         let target = if self.shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total), target);
-        if let Ok(style) = ProgressStyle::with_template("{msg:12} [{bar:40}] {pos}/{len}") {
+        if let Ok(style) = ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %, {eta} left") {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_message(name.to_owned());

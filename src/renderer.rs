@@ -3,22 +3,29 @@
 use std::sync::Arc;
 
 use ash::vk;
+use glam::Vec2;
 
 use crate::camera::View;
 use crate::cpu::choose_levels::{LevelChoice, choose_levels};
+use crate::cpu::random::{hash, r2_sequence};
 use crate::error::{Error, Result};
 use crate::frame::{self, FrameOutputs};
-use crate::gpu::{Executor, FrameTicket, FrameTimes, Gpu, SceneBytes, SceneData, SceneSet, Written};
+use crate::gpu::{
+    Executor, FrameTicket, FrameTimes, Gpu, OnStep, SceneBytes, SceneData, SceneSet, SteppedFrame, Written,
+};
 use crate::light_grid::Levels;
 use crate::passes::FrameShape;
 use crate::passes::light_volumes::reservoir_bytes;
+use crate::report::image_files::Picture;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
 use crate::settings::{self, Exposure, LightSet, Reservoir, Settings, Technique};
 use crate::shared::FrameData;
+use crate::views;
+use crate::views::legend::{self, Canvas};
 
 /// Rays start this fraction of the scene radius off the surface.
-const RAY_OFFSET: f32 = 1e-4;
+const RAY_OFFSET: f32 = 1e-5;
 /// Paths of the pilot run that measures how many VPLs a path leaves.
 const PILOT_PATHS: u32 = 16_384;
 /// Below this the scene is hardly hit, and the paths are what is limited.
@@ -83,7 +90,7 @@ impl UploadedScene {
     /// Point lights of the scene that take part in the hierarchy.
     fn hierarchy_lights(&self, settings: &Settings) -> u32 {
         match (settings.technique, settings.lights) {
-            (Technique::Direct, _) | (_, LightSet::Vpl) => 0,
+            (Technique::Direct | Technique::PathTrace, _) | (_, LightSet::Vpl) => 0,
             (_, LightSet::Scene | LightSet::Both) => self.light_count - self.first_point_light,
         }
     }
@@ -93,6 +100,8 @@ impl UploadedScene {
 pub struct Renderer {
     executor: Executor,
     outputs: FrameOutputs,
+    camera: Camera,
+    seed: u32,
     data: FrameData,
     shape: FrameShape,
 }
@@ -103,9 +112,11 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] when the settings do not fit the device; device errors.
     pub fn new(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<Self> {
+        settings.validate_view()?;
         check_lights(scene, settings)?;
         let mut shape = base_shape(gpu, scene, settings)?;
-        if settings.technique == Technique::Lgh {
+        let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
+        if many_lights && frame::needs_lights(settings.view) {
             calibrate(gpu, scene, camera, settings, &mut shape)?;
         }
         Self::with_shape(gpu, scene, camera, settings, shape)
@@ -125,7 +136,27 @@ impl Renderer {
         let (graph, outputs) = frame::build(settings.technique, shape.clone());
         let executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
         let data = frame_data(gpu, scene, camera, settings, &shape);
-        Ok(Self { executor, outputs, data, shape })
+        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape })
+    }
+
+    /// Prepares frame `number` of a picture that is the mean of several: its seed and sampling points, the frame's
+    /// first random numbers. Frame 0 starts a new mean.
+    pub fn set_accumulated_frame(&mut self, number: u32) {
+        let jitter_px = if self.shape.accumulate { sampling_point(self.seed, number) } else { Vec2::ZERO };
+        let view = View::new(&self.camera, self.shape.width_px, self.shape.height_px, jitter_px);
+        self.data.clip_from_world = view.clip_from_world.to_cols_array_2d();
+        self.data.forward[3] = jitter_px.x;
+        self.data.up[3] = jitter_px.y;
+        self.data.lights[0] = if number == 0 { self.seed } else { hash(self.seed ^ hash(number)) };
+        self.data.accumulation[0] = number;
+    }
+
+    /// Runs one frame and waits for it, repeated passes in submissions of about `max_submit_ms`.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn run_in_steps(&mut self, max_submit_ms: f64, on_step: &mut OnStep) -> Result<SteppedFrame> {
+        self.executor.run_in_steps(bytemuck::bytes_of(&self.data), max_submit_ms, on_step)
     }
 
     /// Submits one frame.
@@ -182,6 +213,20 @@ impl Renderer {
         &self.shape
     }
 
+    /// The picture of the last frame in both forms, with a note that goes into its file.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn read_picture(&self, note: String) -> Result<Picture> {
+        Ok(Picture {
+            width_px: self.shape.width_px,
+            height_px: self.shape.height_px,
+            radiance: self.read_radiance()?,
+            srgb: self.read_srgb()?,
+            note,
+        })
+    }
+
     /// Linear radiance of the last frame, RGB, row 0 at the top.
     ///
     /// # Errors
@@ -192,14 +237,27 @@ impl Renderer {
         Ok(texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect())
     }
 
-    /// Tone-mapped picture of the last frame, sRGB, RGB.
+    /// Tone-mapped picture of the last frame, sRGB, RGB; a view with a scale has its legend drawn in.
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn read_picture(&self) -> Result<Vec<u8>> {
+    pub fn read_srgb(&self) -> Result<Vec<u8>> {
         let bytes = self.executor.read_image(self.outputs.tone_mapped.picture)?;
-        Ok(bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect())
+        let mut rgb: Vec<u8> = bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect();
+        let ends: Vec<f32> =
+            bytemuck::pod_collect_to_vec(&self.executor.read_buffer(self.outputs.tone_mapped.exposure)?);
+        let shape = &self.shape;
+        if let Some((title, scale)) = views::legend_of(shape.view, shape.levels, shape.first_level, ends[0]) {
+            let mut canvas = Canvas { rgb: &mut rgb, width_px: shape.width_px, height_px: shape.height_px };
+            legend::draw(&mut canvas, title, &scale);
+        }
+        Ok(rgb)
     }
+}
+
+/// Where frame `number` of a mean samples its pixels: offset from the centre, within half a pixel.
+fn sampling_point(seed: u32, number: u32) -> Vec2 {
+    Vec2::from_array(r2_sequence(number, seed)) - 0.5
 }
 
 /// More direct lights than this make the direct pass slow enough to say so.
@@ -207,7 +265,8 @@ const MANY_DIRECT_LIGHTS: u32 = 64;
 
 fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result<()> {
     let point_lights = scene.light_count - scene.first_point_light;
-    if settings.technique == Technique::Lgh && settings.lights == LightSet::Scene && point_lights == 0 {
+    let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
+    if many_lights && settings.lights == LightSet::Scene && point_lights == 0 {
         return Err(Error::Usage(
             "--lights scene needs point lights, and the scene has none; use --lights vpl".to_owned(),
         ));
@@ -239,6 +298,9 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
     let shape = FrameShape {
         width_px: settings.size.width,
         height_px: settings.size.height,
+        direct: settings.direct.is_on(),
+        accumulate: settings.accumulate > 1,
+        samples: settings.samples,
         interleave: settings.interleave,
         levels: Levels::new(2),
         first_level: settings.first_level,
@@ -249,13 +311,14 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         grid_capacity: 1,
         upper_capacity: 1,
         shadow_points: settings.shadow_points,
-        shadow_samples: settings.shadow_samples,
+        shadow_samples: if settings.shadows.is_on() { settings.shadow_samples } else { 0 },
         reservoir,
         build: settings.build,
         filter: settings.filter,
         lighting_format,
         // A dump shows the fragments of every pixel.
         count_overdraw: settings.dump.is_some(),
+        view: settings.view,
     };
     let limit = gpu.report().limits.image_edge_px;
     let [width, height] = shape.interleaved_px();
@@ -373,7 +436,7 @@ fn trace_lights(
 
 /// The frame's constants.
 fn frame_data(gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Settings, shape: &FrameShape) -> FrameData {
-    let view = View::new(camera, shape.width_px, shape.height_px);
+    let view = View::new(camera, shape.width_px, shape.height_px, Vec2::ZERO);
     let radius = scene.bounds.radius();
     // A rasteriser moves corners to the nearest of 2^bits positions per pixel; this is that step at distance 1.
     let snap = view.up_ws.length() * 2.0 / shape.height_px as f32 / (1_u32 << gpu.report().limits.subpixel_bits) as f32;
@@ -400,6 +463,7 @@ fn frame_data(gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Sett
         counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
         lights: [settings.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
         tuning: [settings.alpha, (settings.clamp * radius).powi(2), exposure, RAY_OFFSET * radius],
+        accumulation: [0; 4],
         levels: shape.levels.table(),
     }
 }

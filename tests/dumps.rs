@@ -11,7 +11,9 @@ use gridlight::report::dump::images::Picture;
 use gridlight::report::dump::manifest::{FileEntry, Manifest};
 use support::{Run, names, program, run, succeed};
 
-const SMALL: &str = "--headless --size 48x27 --vpls 300 --reservoir exact --quiet";
+const SMALL: &str = "--headless --size 48x27 --vpls 300 --quiet";
+/// Nothing depends on the order in which threads run.
+const EXACT: &str = "--reservoir exact";
 
 fn args(options: &str) -> Vec<&str> {
     SMALL.split(' ').chain(options.split_whitespace()).collect()
@@ -79,8 +81,7 @@ fn check_dump(options: &str) {
         check_file(&path, file);
         assert_eq!(file.pass_index.map_or("scene", |index| &manifest.passes[index]), file.pass);
     }
-    let pixels = u64::from(48_u32 * 27);
-    assert!(manifest.files.iter().any(|f| f.resource == "radiance" && f.shape.iter().product::<u64>() == pixels));
+    assert!(manifest.files.iter().any(|f| f.resource == "picture" && f.shape == [27, 48]));
     // Nothing but the manifest and its files.
     let folders: BTreeSet<_> = manifest.files.iter().map(|f| f.file.split('/').next().unwrap().to_owned()).collect();
     let expected: Vec<_> =
@@ -104,6 +105,27 @@ fn scattered_levels_and_original_lights_are_dumped() {
 }
 
 #[test]
+fn references_means_and_views_are_dumped() {
+    check_dump("--technique brute-force");
+    check_dump("--technique path-trace --samples 2 --accumulate 2");
+    check_dump("--view shadow-ratio --interleave 2");
+    check_dump("--view level-weights");
+}
+
+/// The dumped frame is the last of the mean, and the picture is the mean with it.
+#[test]
+fn a_mean_ends_with_the_dumped_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let (plain, dumped) = (folder.path().join("plain.exr"), folder.path().join("dumped.exr"));
+    let mean = format!("{EXACT} --accumulate 3 --output");
+    succeed(&args(&format!("{mean} {}", plain.display())));
+    let path = dump(folder.path(), "dump", &format!("{mean} {}", dumped.display()));
+    let [a, b] = [&plain, &dumped].map(|path| Picture::read(path).unwrap());
+    assert_eq!(a, b);
+    assert_eq!(Manifest::read(&path).unwrap().frame["accumulated_frame"], 2);
+}
+
+#[test]
 fn direct_light_alone_is_dumped() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("dump");
@@ -117,8 +139,8 @@ fn direct_light_alone_is_dumped() {
 #[test]
 fn equal_runs_have_equal_dumps() {
     let folder = tempfile::tempdir().unwrap();
-    let a = dump(folder.path(), "a", "");
-    let b = dump(folder.path(), "b", "--frames 2 --warmup 1");
+    let a = dump(folder.path(), "a", EXACT);
+    let b = dump(folder.path(), "b", &format!("{EXACT} --frames 2 --warmup 1"));
     let found = diff(&a, &b, &[]);
     assert_eq!((found.code, found.stderr.as_str()), (Some(0), ""), "{}", found.stdout);
     let last = found.stdout.lines().last().unwrap();
@@ -129,8 +151,8 @@ fn equal_runs_have_equal_dumps() {
 #[test]
 fn the_first_pass_that_differs_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let a = dump(folder.path(), "a", "");
-    let b = dump(folder.path(), "b", "--seed 2");
+    let a = dump(folder.path(), "a", EXACT);
+    let b = dump(folder.path(), "b", &format!("{EXACT} --seed 2"));
     complains(&diff(&a, &b, &[]), 2, &["different settings", "seed (1, 2)", "--ignore-settings"]);
     let found = diff(&a, &b, &["--ignore-settings"]);
     complains(&found, 3, &["first in pass vpl_trace"]);
@@ -142,8 +164,8 @@ fn the_first_pass_that_differs_is_named() {
 #[test]
 fn a_planted_value_is_found_in_its_pass() {
     let folder = tempfile::tempdir().unwrap();
-    let a = dump(folder.path(), "a", "");
-    let b = dump(folder.path(), "b", "");
+    let a = dump(folder.path(), "a", EXACT);
+    let b = dump(folder.path(), "b", EXACT);
     let manifest = Manifest::read(&b).unwrap();
     let file =
         manifest.files.iter().find(|f| (f.pass.as_str(), f.resource.as_str()) == ("merge", "merged_lights")).unwrap();
@@ -241,7 +263,8 @@ fn an_independent_script_computes_the_same() {
     };
     let folder = tempfile::tempdir().unwrap();
     for (name, options) in [
-        ("plain", ""),
+        ("plain", EXACT),
+        ("mean", "--accumulate 2 --direct off"),
         ("interleaved", "--interleave 2 --reservoir lock --alpha 2"),
         ("scattered", "--build scatter --first-level 0 --shadow-samples 0"),
     ] {

@@ -162,7 +162,7 @@ fn a_golden_of_another_size_fails() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
     let mut bytes = Vec::new();
-    write_png(&mut bytes, 90, 160, &vec![0; 3 * 90 * 160]).unwrap();
+    write_png(&mut bytes, 90, 160, &vec![0; 3 * 90 * 160], "").unwrap();
     std::fs::write(&path, bytes).unwrap();
     assert!(compare(&vec![0; 3 * 90 * 160], &path).unwrap_err().contains("90x160"));
 }

@@ -50,6 +50,7 @@ fn shared_structs() -> Vec<Shared> {
             counts,
             lights,
             tuning,
+            accumulation,
             levels
         ),
         shared!("GridLight", GridLight, position_ws, luminance, variance, level, lobe, weight, flux, vertex),

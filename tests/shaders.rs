@@ -6,13 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
+use clap::ValueEnum;
 use glam::Vec3;
 use gridlight::gpu::{Gpu, Work};
 use gridlight::passes::FrameShape;
 use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
-use gridlight::settings::{Build, Filter, Levels, LightSet, Reservoir, Settings, Size, Technique};
+use gridlight::settings::{Build, Filter, Levels, LightSet, Reservoir, Settings, Size, Technique, View};
 use gridlight::shader::{source, spirv};
 
 fn shaders_dir() -> &'static Path {
@@ -102,6 +103,11 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     for (build, filter, first_level) in [(Build::Gather, Filter::None, 0), (Build::Scatter, Filter::Atrous, 1)] {
         modes.push(Settings { build, filter, first_level, ..small() });
     }
+    for view in View::value_variants().iter().filter(|view| **view != View::Final) {
+        for reservoir in reservoirs {
+            modes.push(Settings { view: *view, reservoir: Some(*reservoir), ..small() });
+        }
+    }
     modes
 }
 
@@ -122,7 +128,9 @@ fn render(
         renderer.wait(ticket).unwrap();
     }
     let radiance = renderer.read_radiance().unwrap();
-    assert!(radiance.iter().all(|value| value.is_finite() && *value >= 0.0), "{settings:?}");
+    let lowest =
+        if matches!(settings.view, View::Normal | View::SelectedLevel | View::LevelWeights) { -1.0 } else { 0.0 };
+    assert!(radiance.iter().all(|value| value.is_finite() && *value >= lowest), "{settings:?}");
     assert!(radiance.iter().any(|value| *value > 0.0), "black: {settings:?}");
     let messages = gpu.validation_messages();
     assert!(messages.is_empty(), "{settings:?}: {messages:#?}");

@@ -13,6 +13,7 @@ layout(set = 0, binding = 0, std140) uniform FrameData {
     uvec4 counts;
     uvec4 lights;
     vec4 tuning;
+    uvec4 accumulation;
     uvec4 levels[MAX_LEVEL + 2u];
 } frame;
 
@@ -24,6 +25,9 @@ uint first_shadow_level() { return frame.sampling.z; }
 uint first_level() { return frame.sampling.w; }
 uint top_level() { return frame.counts.x; }
 uint frame_seed() { return frame.lights.x; }
+uint accumulated_frame() { return frame.accumulation.x; }
+// Where in a pixel the frame samples, from its centre, in pixels; y down.
+vec2 pixel_jitter() { return vec2(frame.forward.w, frame.up.w); }
 float alpha() { return frame.tuning.x; }
 float clamp_squared() { return frame.tuning.y; }
 float ray_offset() { return frame.tuning.w; }

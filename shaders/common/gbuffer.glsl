@@ -1,8 +1,8 @@
 // Reading the G-buffer. Needs frame.glsl and octahedral.glsl; the including shader declares the textures.
 
-// World position from reversed-Z depth (near / view z) at a pixel centre.
+// World position from reversed-Z depth (near / view z) where the pixel was sampled.
 vec3 position_from_depth(uvec2 pixel, float depth) {
-    vec2 ndc = (vec2(pixel) + 0.5) / vec2(image_size()) * 2.0 - 1.0;
+    vec2 ndc = (vec2(pixel) + 0.5 + pixel_jitter()) / vec2(image_size()) * 2.0 - 1.0;
     vec3 ray = frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz;
     return frame.eye_near.xyz + ray * (frame.eye_near.w / depth);
 }

@@ -81,6 +81,26 @@ vec3 hit_normal(uint triangle, vec2 barycentric) {
     return a + (b - a) * barycentric.x + (c - a) * barycentric.y;
 }
 
+// Where a ray met the scene.
+struct HitSurface {
+    vec3 position_ws;
+    // Both turned towards where the ray came from.
+    vec3 geometric;
+    vec3 normal;
+    vec3 albedo;
+};
+
+HitSurface surface_at_hit(Hit hit, vec3 direction) {
+    BvhTriangle tri = bvh_triangles[hit.bvh_triangle];
+    vec3 geometric = normalize(cross(tri.edge1, tri.edge2));
+    geometric = dot(geometric, direction) > 0.0 ? -geometric : geometric;
+    vec3 normal = normalize(hit_normal(tri.triangle, hit.barycentric));
+    normal = dot(normal, geometric) < 0.0 ? -normal : normal;
+    vec3 position_ws = tri.v0 + tri.edge1 * hit.barycentric.x + tri.edge2 * hit.barycentric.y;
+    vec3 albedo = base_color_at(tri.material, tri.triangle, hit.barycentric).rgb;
+    return HitSurface(position_ws, geometric, normal, albedo);
+}
+
 // Moller and Trumbore, two-sided. Returns t or a negative number.
 float intersect_triangle(vec3 origin, vec3 direction, BvhTriangle tri, out vec2 barycentric) {
     vec3 p = cross(direction, tri.edge2);

@@ -4,9 +4,12 @@
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
-// Whether there is indirect light at all, and whether it has shadows.
+// Whether there is direct and indirect light, and whether the latter has shadows.
 layout(constant_id = 0) const uint HAS_INDIRECT = 1u;
 layout(constant_id = 1) const uint HAS_SHADOWS = 1u;
+layout(constant_id = 2) const uint HAS_DIRECT = 1u;
+// Whether the indirect image's alpha is the share of its samples that were taken; the radiance's alpha keeps it.
+layout(constant_id = 3) const uint HAS_SHARE = 0u;
 
 layout(set = 0, binding = 1) uniform texture2D direct_image;
 layout(set = 0, binding = 2) uniform texture2D albedo_image;
@@ -24,9 +27,12 @@ void main() {
         return;
     }
     ivec2 p = ivec2(pixel);
-    vec3 radiance = texelFetch(direct_image, p, 0).rgb;
+    vec3 radiance = HAS_DIRECT != 0u ? texelFetch(direct_image, p, 0).rgb : vec3(0.0);
+    float share = 1.0;
     if (HAS_INDIRECT != 0u) {
-        vec3 lighting = texelFetch(indirect_image, p, 0).rgb;
+        vec4 indirect = texelFetch(indirect_image, p, 0);
+        vec3 lighting = indirect.rgb;
+        share = HAS_SHARE != 0u ? indirect.a : 1.0;
         if (HAS_SHADOWS != 0u) {
             vec3 s = texelFetch(shadowed_image, p, 0).rgb;
             vec3 u = texelFetch(unshadowed_image, p, 0).rgb;
@@ -34,5 +40,5 @@ void main() {
         }
         radiance += texelFetch(albedo_image, p, 0).rgb * lighting;
     }
-    imageStore(out_radiance, p, vec4(radiance, 1.0));
+    imageStore(out_radiance, p, vec4(radiance, share));
 }

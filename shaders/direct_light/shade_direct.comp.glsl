@@ -5,6 +5,7 @@
 #include "common/gbuffer.glsl"
 #include "common/random.glsl"
 #include "common/scene.glsl"
+#include "common/punctual.glsl"
 
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -13,25 +14,6 @@ layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform texture2D albedo_image;
 layout(set = 0, binding = 3) uniform utexture2D normals_image;
 layout(set = 0, binding = 4, rgba32f) uniform writeonly image2D out_direct;
-
-// Irradiance without shadow; sets the direction and distance of the shadow ray.
-vec3 unshadowed_irradiance(PunctualLight light, vec3 position, vec3 normal, out vec3 to_light, out float distance) {
-    if (light.kind == LIGHT_DIRECTIONAL) {
-        to_light = -light.direction_ws;
-        distance = 4.0 * scene_radius();
-        return light.intensity * max(dot(normal, to_light), 0.0);
-    }
-    vec3 offset = light.position_ws - position;
-    distance = length(offset);
-    to_light = offset / max(distance, 1e-20);
-    float cone = 1.0;
-    if (light.kind == LIGHT_SPOT) {
-        float along = -dot(to_light, light.direction_ws);
-        float edge = clamp((along - light.outer_cos) / max(light.inner_cos - light.outer_cos, 1e-4), 0.0, 1.0);
-        cone = edge * edge;
-    }
-    return light.intensity * cone * max(dot(normal, to_light), 0.0) / max(distance * distance, 1e-12);
-}
 
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;
@@ -44,15 +26,11 @@ void main() {
         vec3 position = position_from_depth(pixel, depth);
         uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
         vec3 shading = unpack_octahedral(normals.x);
-        vec3 origin = position + unpack_octahedral(normals.y) * surface_offset(position);
+        vec3 geometric = unpack_octahedral(normals.y);
+        vec3 origin = position + geometric * surface_offset(position);
         vec3 irradiance = vec3(0.0);
         for (uint i = 0u; i < frame.lights.y; ++i) {
-            vec3 to_light;
-            float distance;
-            vec3 e = unshadowed_irradiance(punctual_lights[i], position, shading, to_light, distance);
-            if (any(greaterThan(e, vec3(0.0))) && !is_blocked(origin, to_light, distance - ray_offset())) {
-                irradiance += e;
-            }
+            irradiance += irradiance_from(punctual_lights[i], position, shading, geometric, origin);
         }
         radiance = texelFetch(albedo_image, ivec2(pixel), 0).rgb / PI * irradiance;
     }

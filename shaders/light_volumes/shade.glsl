@@ -19,6 +19,7 @@ layout(set = 0, binding = 5) uniform utexture2D normals_image;
 layout(set = 0, binding = 6, std430) buffer Overdraw { uint overdraw[]; };
 #define RESERVOIR_BINDING 7
 #include "light_volumes/reservoir.glsl"
+#include "light_volumes/response.glsl"
 
 layout(constant_id = 0) const uint COUNT_OVERDRAW = 0u;
 
@@ -45,19 +46,8 @@ bool surface_at(uvec2 fragment, out Surface surface) {
 }
 
 // Radiance per unit albedo in rgb; in a the weight f when the light may become a shadow sample.
-// Rejects on distance before anything else is read: most fragments end there.
 vec4 shade(Surface surface, uint index, float radius, uint level) {
-    vec3 offset = merged_lights[index].position_ws - surface.position_ws;
-    float distance_squared = dot(offset, offset);
-    if (level != top_level() && distance_squared >= 4.0 * radius * radius) {
-        return vec4(0.0);
-    }
-    float distance = sqrt(distance_squared);
-    float weight = blend_weight(distance, radius, level, first_level(), top_level());
-    if (weight <= 0.0) {
-        return vec4(0.0);
-    }
-    float response = weight * light_response(offset, distance, surface.normal, merged_lights[index].lobe);
+    float response = blended_response(surface.position_ws, surface.normal, index, radius, level);
     if (response <= 0.0) {
         return vec4(0.0);
     }

@@ -8,9 +8,6 @@
 #include "common/lights.glsl"
 #include "common/scene.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
-#ifdef RESERVOIR_EXACT
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-#endif
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(set = 0, binding = 1) uniform texture2D depth_image;
@@ -23,11 +20,8 @@ layout(set = 0, binding = 11, std430) readonly buffer Descent { uint descent[]; 
 layout(set = 0, binding = 12, std430) readonly buffer Representatives { uint representatives[]; };
 layout(set = 0, binding = 13, std430) readonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 14, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
-#ifdef RESERVOIR_EXACT
-layout(set = 0, binding = 5, std430) readonly buffer Reservoirs { uint64_t reservoirs[]; };
-#else
-layout(set = 0, binding = 5, std430) readonly buffer Reservoirs { uint reservoirs[]; };
-#endif
+#define RESERVOIR_BINDING 5
+#include "shadow_rays/chosen_lights.glsl"
 layout(set = 0, binding = 6, rgba16f) uniform writeonly image2D out_shadowed;
 layout(set = 0, binding = 7, rgba16f) uniform writeonly image2D out_unshadowed;
 layout(set = 0, binding = 8, std430) buffer RayCount { uint ray_count[]; };
@@ -38,15 +32,6 @@ layout(push_constant) uniform Push { uint index_bits; };
 #include "common/level_table.glsl"
 #include "descent/tables.glsl"
 #include "descent/representatives.glsl"
-
-uint selected_light(uint pixel_index, uint i) {
-#ifdef RESERVOIR_EXACT
-    return uint(reservoirs[pixel_index * shadow_sample_count() + i] & 0xfffffffful);
-#else
-    uint base = pixel_index * (shadow_sample_count() + 2u);
-    return reservoirs[base + 1u] == 0u ? NO_LIGHT : reservoirs[base + 2u + i];
-#endif
-}
 
 // Bounds what one sample may count for: a finer light can lie much nearer than the light it stands for.
 const float MAX_RESPONSE_RATIO = 16.0;

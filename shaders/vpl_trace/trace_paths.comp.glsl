@@ -5,6 +5,7 @@
 #include "common/random.glsl"
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
+#include "common/punctual.glsl"
 #include "common/dispatch.glsl"
 
 layout(local_size_x = 64) in;
@@ -18,21 +19,6 @@ struct Emission {
     vec3 direction;
     vec3 flux;
 };
-
-// The light that starts path number `path`: the first whose cumulative share covers it.
-uint light_of_path(float position) {
-    uint low = 0u;
-    uint high = uint(punctual_lights.length()) - 1u;
-    while (low < high) {
-        uint middle = (low + high) / 2u;
-        if (position < punctual_lights[middle].path_cdf) {
-            high = middle;
-        } else {
-            low = middle + 1u;
-        }
-    }
-    return low;
-}
 
 // Start of a path; its flux is the light's flux over the expected number of its paths.
 Emission emit_path(PunctualLight light, vec2 u) {
@@ -70,7 +56,7 @@ void main() {
     uint random_state = hash(path, frame_seed());
     float position = (float(path) + random(random_state)) / float(frame.counts.z);
     vec2 u = r2_sequence(path, frame_seed());
-    Emission emission = emit_path(punctual_lights[light_of_path(position)], u);
+    Emission emission = emit_path(punctual_lights[light_at_share(position)], u);
     vec3 origin = emission.origin;
     vec3 direction = emission.direction;
     vec3 flux = emission.flux;
@@ -81,22 +67,17 @@ void main() {
         if (!any(greaterThan(flux, vec3(0.0))) || !traverse(origin, direction, 3e38, false, hit)) {
             break;
         }
-        BvhTriangle tri = bvh_triangles[hit.bvh_triangle];
-        vec3 geometric = normalize(cross(tri.edge1, tri.edge2));
-        geometric = dot(geometric, direction) > 0.0 ? -geometric : geometric;
-        vec3 normal = normalize(hit_normal(tri.triangle, hit.barycentric));
-        normal = dot(normal, geometric) < 0.0 ? -normal : normal;
-        vec3 hit_position = tri.v0 + tri.edge1 * hit.barycentric.x + tri.edge2 * hit.barycentric.y;
-        flux *= base_color_at(tri.material, tri.triangle, hit.barycentric).rgb;
+        HitSurface surface = surface_at_hit(hit, direction);
+        flux *= surface.albedo;
         uint slot = path * frame.counts.w + bounce;
         if (any(greaterThan(flux, vec3(0.0)))) {
-            slot_positions[slot] = uvec4(floatBitsToUint(hit_position), pack_octahedral(normal));
+            slot_positions[slot] = uvec4(floatBitsToUint(surface.position_ws), pack_octahedral(surface.normal));
             slot_fluxes[slot] = vec4(flux, 1.0);
             atomicOr(slot_bits[slot / 32u], 1u << (slot % 32u));
         }
-        origin = hit_position + geometric * ray_offset();
-        direction = cosine_direction(normal, vec2(random(random_state), random(random_state)));
-        if (dot(direction, geometric) <= 0.0) {
+        origin = surface.position_ws + surface.geometric * ray_offset();
+        direction = cosine_direction(surface.normal, vec2(random(random_state), random(random_state)));
+        if (dot(direction, surface.geometric) <= 0.0) {
             break;
         }
     }

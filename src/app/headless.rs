@@ -3,6 +3,9 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use clap::ValueEnum;
+
+use super::frames::{Frames, run_frames};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::graph::to_dot;
 use crate::progress::{Bar, Progress};
@@ -12,11 +15,11 @@ use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::files::Outputs;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
-use crate::report::timings::{Device, FrameTimes, Memory, Program, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
+use crate::report::timings::{Device, Memory, Program, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
 use crate::report::{FileKind, statistics};
 use crate::scene::{Camera, Scene, gltf};
 use crate::settings::Settings;
-use crate::{Error, Result};
+use crate::{Error, Result, interrupt};
 
 /// The scene shown when none is named.
 const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
@@ -28,32 +31,45 @@ const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
 pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()> {
     let outputs = Outputs::prepare(settings)?;
     let dump = settings.dump.as_deref().map(DumpTarget::prepare).transpose()?;
+    interrupt::listen()?;
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
     let camera = find_camera(&scene, settings.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, &progress)?;
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
-    let frames = run_frames(&mut renderer, settings, &progress)?;
+    let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
-    let dump =
-        dump.map(|target| write_dump(target, settings, &gpu, (&scene, &uploaded, camera), &renderer)).transpose()?;
+    let mut frame_count = frames.len();
+    let dump = match dump {
+        Some(target) if interrupted.is_none() => {
+            if settings.accumulate > 1 {
+                renderer.set_accumulated_frame(frame_count as u32);
+                frame_count += 1;
+            }
+            Some(write_dump(target, settings, &gpu, (&scene, &uploaded, camera), &renderer)?)
+        }
+        _ => None,
+    };
     let printed = (!quiet).then(|| table(&times));
     let picture = match outputs.picture {
         None => None,
-        Some(file) => Some((file, renderer.read_radiance()?, renderer.read_picture()?)),
+        Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
     };
     let timings = match outputs.timings {
         None => None,
         Some(file) if file.kind() == FileKind::Csv => Some((file, to_csv(&frames)?)),
         Some(file) => {
             let counts = statistics::count(&gpu, &uploaded, camera, settings, &renderer)?;
-            Some((file, report(settings, &gpu, &scene, camera, &renderer, times, counts).to_json()?))
+            let mut report = report(settings, &gpu, &scene, camera, &renderer, times, counts);
+            report.frames = frames.len() as u32;
+            report.interrupted.clone_from(&interrupted);
+            Some((file, report.to_json()?))
         }
     };
     // Nothing is written before everything has gone well.
     gpu.check_validation()?;
-    if let Some((file, radiance, srgb)) = picture {
-        file.commit_picture((settings.size.width, settings.size.height), &radiance, || srgb)?;
+    if let Some((file, picture)) = picture {
+        file.commit_picture(&picture)?;
     }
     if let Some((file, bytes)) = timings {
         file.commit(&bytes)?;
@@ -62,7 +78,16 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     if let Some(text) = printed {
         super::say(&text);
     }
-    Ok(())
+    interrupted.map_or(Ok(()), |sentence| Err(Error::Interrupted(format!("{sentence}; that much is written"))))
+}
+
+/// What a picture says of itself.
+fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> String {
+    let Program { name, version, commit } = Program::this();
+    let technique = settings.technique.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+    let mean = if settings.accumulate > 1 { format!(", mean of {frame_count} frames") } else { String::new() };
+    let end = interrupted.map_or_else(String::new, |sentence| format!(", {sentence}"));
+    format!("{name} {version} ({commit}), {technique}{mean}{end}")
 }
 
 /// Prints the frame graph of the settings as Graphviz.
@@ -126,28 +151,8 @@ fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera>
     })
 }
 
-/// Serial frames: each is waited for before the next, so that wall clock and GPU clock can be compared.
-fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progress) -> Result<Vec<FrameTimes>> {
-    let names = renderer.pass_names();
-    let warmup = u64::from(settings.warmup);
-    let total = warmup + u64::from(settings.frames);
-    let bar = progress.bar("frames", total);
-    let mut frames = Vec::new();
-    for index in 0..total {
-        let ticket = renderer.submit()?;
-        let times = renderer.wait(ticket)?;
-        if index >= warmup {
-            let gpu_ms = times.pass_ms.iter().sum();
-            let pass_ms = names.iter().cloned().zip(times.pass_ms).collect();
-            frames.push(FrameTimes { pass_ms, gpu_ms, cpu_ms: times.cpu_ms });
-        }
-        bar.set(index + 1);
-    }
-    bar.finish();
-    Ok(frames)
-}
-
-/// Renders the last frame once more, into a dump that has no name yet; pictures are of that frame too.
+/// Renders a frame into a dump that has no name yet: the last of a mean, else one more like the last. Pictures are of
+/// that frame too.
 fn write_dump(
     target: DumpTarget,
     settings: &Settings,
@@ -179,6 +184,7 @@ fn report(
         machine: Machine::here(),
         scene: scene_info(&settings, scene, camera),
         frames: settings.frames,
+        interrupted: None,
         warmup: settings.warmup,
         settings,
         times,

@@ -1,6 +1,7 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
 pub mod diff_dumps;
+mod frames;
 pub mod headless;
 pub mod list_gpus;
 

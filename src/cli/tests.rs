@@ -50,7 +50,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --samples 3 --accumulate 4 --direct off --lights both --vpls 7 \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points deviation --reservoir race --build scatter --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --gpu llvmpipe --validation";
@@ -63,7 +63,7 @@ fn every_option_arrives() {
         camera: Some("atrium".into()),
         technique: Technique::Lgh,
         samples: 3,
-        accumulate: 4,
+        accumulate: 1,
         direct: Switch::Off,
         lights: LightSet::Both,
         vpls: 7,
@@ -95,6 +95,8 @@ fn every_option_arrives() {
     assert_eq!(settings(&line.split_whitespace().collect::<Vec<_>>()), expected);
     assert_eq!(settings(&["--technique", "direct"]).technique, Technique::Direct);
     assert_eq!(settings(&["--levels", "auto", "--exposure", "auto"]), settings(&[]));
+    // Views are of one frame.
+    assert_eq!(settings(&["--accumulate", "4"]).accumulate, 4);
 }
 
 #[test]

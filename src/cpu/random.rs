@@ -20,6 +20,14 @@ pub fn unit_float(bits: u32) -> f32 {
     ((bits >> 9) as f32 + 0.5) * (1.0 / 8_388_608.0)
 }
 
+/// Point n of the R2 sequence (Roberts 2018) shifted by a seed.
+#[must_use]
+pub fn r2_sequence(index: u32, seed: u32) -> [f32; 2] {
+    let x = 3_242_174_889_u32.wrapping_mul(index).wrapping_add(hash(seed));
+    let y = 2_447_445_414_u32.wrapping_mul(index).wrapping_add(hash(seed ^ 0x68bc_21eb));
+    [unit_float(x), unit_float(y)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

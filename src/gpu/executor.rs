@@ -51,12 +51,12 @@ pub struct FrameTicket {
 }
 
 /// Command buffer and queries of one frame in flight.
-struct Slot {
-    commands: vk::CommandBuffer,
-    timers: Timers,
-    markers: Markers,
+pub(super) struct Slot {
+    pub(super) commands: vk::CommandBuffer,
+    pub(super) timers: Timers,
+    pub(super) markers: Markers,
     /// Timeline value that its last frame signals.
-    busy_until: u64,
+    pub(super) busy_until: u64,
     /// Wall clock of each pass of the last frame, when passes are submitted one by one.
     split_ms: Vec<f64>,
 }
@@ -68,11 +68,11 @@ pub struct Executor {
     pub(super) resources: Resources,
     pub(super) passes: Vec<CompiledPass>,
     pub(super) scene: Option<Arc<SceneSet>>,
-    slots: Vec<Slot>,
+    pub(super) slots: Vec<Slot>,
     command_pool: vk::CommandPool,
     timeline: vk::Semaphore,
     pub(super) submitted: u64,
-    split_submits: bool,
+    pub(super) split_submits: bool,
     pub(super) gpu: Arc<Gpu>,
 }
 
@@ -143,6 +143,12 @@ impl Executor {
             self.slots[slot].split_ms = self.run_split(slot, value as u32, frame_data)?;
         }
         self.record(slot, value as u32, frame_data)?;
+        self.queue(slot, value)?;
+        Ok(FrameTicket { value, submitted })
+    }
+
+    /// Submits the slot's command buffer; its completion brings the timeline to `value`.
+    pub(super) fn queue(&mut self, slot: usize, value: u64) -> Result<()> {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.slots[slot].commands)];
         let signal = [vk::SemaphoreSubmitInfo::default()
             .semaphore(self.timeline)
@@ -154,7 +160,7 @@ impl Executor {
         self.explain(slot, value, check("vkQueueSubmit2", result))?;
         self.slots[slot].busy_until = value;
         self.submitted = value;
-        Ok(FrameTicket { value, submitted })
+        Ok(())
     }
 
     /// Waits for a frame and reads its timestamps. Call it before the same slot is submitted again, that is
@@ -208,7 +214,7 @@ impl Executor {
         uses.next().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.sync(kind).layout)
     }
 
-    fn wait_value(&self, value: u64) -> Result<()> {
+    pub(super) fn wait_value(&self, value: u64) -> Result<()> {
         let semaphores = [self.timeline];
         let values = [value];
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
@@ -239,7 +245,7 @@ impl Executor {
         check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
     }
 
-    fn begin_commands(&self, commands: vk::CommandBuffer) -> Result<()> {
+    pub(super) fn begin_commands(&self, commands: vk::CommandBuffer) -> Result<()> {
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: what was last recorded has completed; the pool allows resetting.
         check("vkBeginCommandBuffer", unsafe { self.gpu.device.begin_command_buffer(commands, &begin) })
@@ -247,18 +253,23 @@ impl Executor {
 
     /// Submits and waits for one pass after the other; the milliseconds of each from submission to completion.
     fn run_split(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<Vec<f64>> {
-        (0..self.passes.len()).map(|index| self.run_pass(slot, stamp, index, frame_data)).collect()
+        let run = |index| {
+            self.submit_and_wait(slot, |commands| {
+                self.slots[slot].markers.reach(commands, index, stamp);
+                recorder::record_pass(self, commands, index, frame_data);
+            })
+        };
+        (0..self.passes.len()).map(run).collect()
     }
 
-    /// Submits one pass with the slot's command buffer and waits; its milliseconds.
-    pub(super) fn run_pass(&self, slot: usize, stamp: u32, index: usize, frame_data: &[u8]) -> Result<f64> {
+    /// Submits what `record` puts into the slot's command buffer and waits; milliseconds from submission to completion.
+    pub(super) fn submit_and_wait(&self, slot: usize, record: impl FnOnce(vk::CommandBuffer)) -> Result<f64> {
         let device = &self.gpu.device;
         let commands = self.slots[slot].commands;
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
         let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
         self.begin_commands(commands)?;
-        self.slots[slot].markers.reach(commands, index, stamp);
-        recorder::record_pass(self, commands, index, frame_data);
+        record(commands);
         // SAFETY: recording is complete; the queue is used from this thread only, and is idle afterwards.
         unsafe {
             check("vkEndCommandBuffer", device.end_command_buffer(commands))?;
@@ -305,7 +316,8 @@ impl Executor {
         let pipelines = match &pass.payload {
             Work::Compute(work) => {
                 let layouts = self.set_layouts(&sets, work.uses_scene, false)?;
-                vec![pipeline::compute(&self.gpu, &work.shader, &work.constants, work.push.len(), &layouts)?]
+                let words = work.push.len() + if work.repeat.is_some() { 2 } else { 0 };
+                vec![pipeline::compute(&self.gpu, &work.shader, &work.constants, words, &layouts)?]
             }
             Work::Raster(work) => self.raster_pipelines(work, &sets)?,
             Work::Transfer(_) => Vec::new(),

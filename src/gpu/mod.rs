@@ -13,6 +13,7 @@ mod readback;
 mod recorder;
 mod resources;
 mod scene_set;
+mod stepped;
 mod timers;
 mod transfer;
 mod work;
@@ -26,8 +27,9 @@ pub use instance::{Instance, list_gpus};
 pub use readback::{SceneBytes, Written};
 pub use resources::MemoryUse;
 pub use scene_set::{SceneData, SceneSet};
+pub use stepped::{OnStep, SteppedFrame};
 pub use work::{
-    ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, TransferOp,
+    ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat, TransferOp,
     Viewport, Work,
 };
 

@@ -6,13 +6,14 @@
 use std::sync::Arc;
 
 use super::executor::{Executor, texel_bytes};
+use super::recorder;
 use super::resources::{Physical, aspect};
 use super::scene_set::SceneSet;
 use super::transfer;
 use super::work::{TransferOp, Work};
 use super::{Gpu, buffer::Buffer};
 use crate::error::Result;
-use crate::graph::{Handle, Use};
+use crate::graph::{Access, Handle, ResourceInfo, Use};
 
 /// What one resource held right after a pass that wrote to it.
 #[derive(Clone, Debug)]
@@ -49,7 +50,7 @@ impl Executor {
         let value = self.submitted + 1;
         let slot = 0;
         for index in 0..self.graph.passes().len() {
-            let ran = self.run_pass(slot, value as u32, index, frame_data);
+            let ran = self.run_alone(slot, value as u32, index, frame_data);
             self.explain(slot, value, ran)?;
             let written = self.shown_after(index).into_iter().map(|used| self.read_after(used));
             visit(index, written.collect::<Result<_>>()?)?;
@@ -57,8 +58,27 @@ impl Executor {
         Ok(())
     }
 
+    /// Runs one pass; of a repeated one every repetition is a submission, so that none is long.
+    fn run_alone(&self, slot: usize, stamp: u32, index: usize, frame_data: &[u8]) -> Result<()> {
+        let reach = |commands| self.slots[slot].markers.reach(commands, index, stamp);
+        let Some(repeat) = self.repeat_of(index) else {
+            self.submit_and_wait(slot, |commands| {
+                reach(commands);
+                recorder::record_pass(self, commands, index, frame_data);
+            })?;
+            return Ok(());
+        };
+        for i in 0..repeat.count() {
+            self.submit_and_wait(slot, |commands| {
+                reach(commands);
+                recorder::record_repetitions(self, commands, index, i..i + 1);
+            })?;
+        }
+        Ok(())
+    }
+
     /// The uses of a pass whose contents tell something: what it writes, but of what it clears only that which
-    /// no later pass writes.
+    /// no later pass writes, and no image that the next pass goes on with.
     fn shown_after(&self, index: usize) -> Vec<Use> {
         let passes = self.graph.passes();
         let pass = &passes[index];
@@ -70,10 +90,15 @@ impl Executor {
             }
             _ => false,
         };
+        let continued = |resource: Handle| {
+            let image = matches!(self.graph.resources()[resource.index()].info, ResourceInfo::Image(_));
+            let mut next = passes.get(index + 1).into_iter().flat_map(|p| &p.uses);
+            image && next.any(|u| u.resource == resource && u.access == Access::ComputeReadWrite)
+        };
         let mut shown: Vec<Use> = Vec::new();
         for used in pass.uses.iter().filter(|used| used.access.is_write()) {
             let known = shown.iter().any(|other| other.resource == used.resource);
-            let tells_nothing = only_cleared(used.resource) && written_later(used.resource);
+            let tells_nothing = only_cleared(used.resource) && written_later(used.resource) || continued(used.resource);
             if !known && !tells_nothing {
                 shown.push(*used);
             }

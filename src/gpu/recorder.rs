@@ -1,6 +1,7 @@
 //! Records one pass: its debug label, the barriers of the plan, its work.
 
 use std::ffi::CString;
+use std::ops::Range;
 
 use ash::vk;
 
@@ -10,16 +11,39 @@ use super::resources::{Physical, whole_image};
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Work};
 use crate::graph::Barrier;
 
-/// Records pass `index` of the executor's graph.
+/// Records pass `index` of the executor's graph, with all its repetitions.
 pub(super) fn record_pass(executor: &Executor, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
     let pass = &executor.graph.passes()[index];
+    if let Work::Compute(ComputeWork { repeat: Some(repeat), .. }) = &pass.payload {
+        record_repetitions(executor, commands, index, 0..repeat.count());
+        return;
+    }
     begin_label(executor, commands, &pass.name);
     barriers(executor, commands, &executor.plan.passes[index].barriers);
     let compiled = &executor.passes[index];
     match &pass.payload {
-        Work::Compute(work) => compute(executor, commands, compiled, work),
+        Work::Compute(work) => compute(executor, commands, compiled, work, &work.push),
         Work::Raster(work) => raster(executor, commands, compiled, work),
         Work::Transfer(ops) => ops.iter().for_each(|op| transfer(executor, commands, op, frame_data)),
+    }
+    end_label(executor, commands);
+}
+
+/// Records some of the repetitions of a repeated pass; those before them must have been recorded earlier.
+pub(super) fn record_repetitions(
+    executor: &Executor,
+    commands: vk::CommandBuffer,
+    index: usize,
+    repetitions: Range<u32>,
+) {
+    let pass = &executor.graph.passes()[index];
+    let Work::Compute(work @ ComputeWork { repeat: Some(repeat), .. }) = &pass.payload else { return };
+    let planned = &executor.plan.passes[index];
+    begin_label(executor, commands, &pass.name);
+    for i in repetitions {
+        barriers(executor, commands, if i == 0 { &planned.barriers } else { &planned.between });
+        let words = [work.push.as_slice(), &[i / repeat.parts, i % repeat.parts]].concat();
+        compute(executor, commands, &executor.passes[index], work, &words);
     }
     end_label(executor, commands);
 }
@@ -86,12 +110,18 @@ fn barriers(executor: &Executor, commands: vk::CommandBuffer, planned: &[Barrier
     unsafe { executor.gpu.device.cmd_pipeline_barrier2(commands, &info) };
 }
 
-fn compute(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledPass, work: &ComputeWork) {
+fn compute(
+    executor: &Executor,
+    commands: vk::CommandBuffer,
+    compiled: &CompiledPass,
+    work: &ComputeWork,
+    words: &[u32],
+) {
     let device = &executor.gpu.device;
     let pipeline = &compiled.pipelines[0];
     let bind_point = vk::PipelineBindPoint::COMPUTE;
     bind(executor, commands, compiled, pipeline, bind_point, work.uses_scene);
-    push(executor, commands, pipeline, &work.push);
+    push(executor, commands, pipeline, words);
     // SAFETY: pipeline and sets are bound; indirect buffers are declared in the graph.
     unsafe {
         match work.dispatch {

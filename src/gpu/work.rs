@@ -28,6 +28,25 @@ pub struct ComputeWork {
     pub dispatch: Dispatch,
     /// Whether the shader reads the scene (descriptor set 1).
     pub uses_scene: bool,
+    /// Dispatched again and again; the pass must be declared as repeated.
+    pub repeat: Option<Repeat>,
+}
+
+/// A dispatch repeated `rounds * parts` times. The last two push constants are the round and the part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repeat {
+    /// Rounds; after each of them the result is worth keeping.
+    pub rounds: u32,
+    /// Parts of a round, so small that each is short.
+    pub parts: u32,
+}
+
+impl Repeat {
+    /// All repetitions.
+    #[must_use]
+    pub fn count(self) -> u32 {
+        self.rounds * self.parts
+    }
 }
 
 /// How many workgroups a dispatch has.

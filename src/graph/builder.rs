@@ -35,6 +35,8 @@ pub struct Pass<P> {
     pub name: String,
     /// Everything the pass reads and writes.
     pub uses: Vec<Use>,
+    /// Whether the pass is recorded several times in a row, each time after the writes of the time before.
+    pub repeats: bool,
     /// How to record the pass; opaque to the plan.
     pub payload: P,
 }
@@ -42,7 +44,14 @@ pub struct Pass<P> {
 impl<P> Pass<P> {
     /// A pass that uses nothing yet.
     pub fn new(name: impl Into<String>, payload: P) -> Self {
-        Self { name: name.into(), uses: Vec::new(), payload }
+        Self { name: name.into(), uses: Vec::new(), repeats: false, payload }
+    }
+
+    /// The same pass recorded several times in a row; the plan says what must stand in between.
+    #[must_use]
+    pub fn repeated(mut self) -> Self {
+        self.repeats = true;
+        self
     }
 
     /// Attaches a resource at a descriptor binding.

@@ -37,6 +37,8 @@ pub struct PlannedPass {
     pub name: String,
     /// What to record before the pass, in one batch; at most one barrier for each resource.
     pub barriers: Vec<Barrier>,
+    /// What to record between two repetitions of a pass that repeats; empty for others.
+    pub between: Vec<Barrier>,
 }
 
 /// One dependency between earlier uses of a resource and a pass.
@@ -92,7 +94,8 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
         for (pass, needs) in graph.passes().iter().zip(&needs) {
             let tracked = needs.iter().filter(|need| resources[need.resource.index()].lifetime != Lifetime::Imported);
             let barriers = tracked.filter_map(|need| states[need.resource.index()].advance(need)).collect();
-            passes.push(PlannedPass { name: pass.name.clone(), barriers });
+            let between = if pass.repeats { needs.iter().filter_map(repetition).collect() } else { Vec::new() };
+            passes.push(PlannedPass { name: pass.name.clone(), barriers, between });
         }
     }
     let initial = resources
@@ -106,6 +109,19 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
         .collect();
     let last_uses = states.iter().map(|state| (state.write_stages | state.read_stages, state.write_access)).collect();
     Ok(Plan { passes, lifetimes, initial, last_uses })
+}
+
+/// The barrier between two repetitions of a pass for something it writes.
+fn repetition(need: &Need) -> Option<Barrier> {
+    need.writes.then_some(Barrier {
+        resource: need.resource,
+        src_stage: need.scope.stages,
+        src_access: need.scope.access & WRITES,
+        dst_stage: need.scope.stages,
+        dst_access: need.scope.access,
+        old_layout: need.scope.layout,
+        new_layout: need.scope.layout,
+    })
 }
 
 /// What is known of one resource between two passes.

@@ -16,10 +16,17 @@ pub struct Indirect {
     pub lighting: ImageHandle,
     /// Shadow estimates; `None` without shadow samples.
     pub shadows: Option<ShadowEstimates>,
+    /// Alpha of the lighting is the share of its samples that were taken, rather than something else.
+    pub has_share: bool,
 }
 
-/// Adds the pass; gives the linear radiance, kept after the frame.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, direct: ImageHandle, indirect: Option<Indirect>) -> ImageHandle {
+/// Adds the pass; gives the linear radiance, kept after the frame. Its alpha is the share of the samples taken.
+pub fn add(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    direct: Option<ImageHandle>,
+    indirect: Option<Indirect>,
+) -> ImageHandle {
     let info = ImageInfo {
         format: vk::Format::R32G32B32A32_SFLOAT,
         width_px: frame.shape.width_px,
@@ -28,18 +35,21 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, direct: ImageHandle, indirect: 
     let radiance = frame.graph.persistent_image("radiance", info);
     let shadows = indirect.and_then(|i| i.shadows);
     // Bindings that a variant does not read still need an image of the right kind.
-    let lighting = indirect.map_or(direct, |i| i.lighting);
+    let unused = gbuffer.albedo;
+    let lighting = indirect.map_or(unused, |i| i.lighting);
     let work = ComputeWork {
-        constants: vec![u32::from(indirect.is_some()), u32::from(shadows.is_some())],
+        constants: [indirect.is_some(), shadows.is_some(), direct.is_some(), indirect.is_some_and(|i| i.has_share)]
+            .map(u32::from)
+            .to_vec(),
         ..shader("compose/compose", frame.per_pixel())
     };
     let pass = frame
         .compute("compose", work)
-        .bind(1, direct, Access::ComputeSampled)
+        .bind(1, direct.unwrap_or(unused), Access::ComputeSampled)
         .bind(2, gbuffer.albedo, Access::ComputeSampled)
         .bind(3, lighting, Access::ComputeSampled)
-        .bind(4, shadows.map_or(direct, |s| s.shadowed), Access::ComputeSampled)
-        .bind(5, shadows.map_or(direct, |s| s.unshadowed), Access::ComputeSampled)
+        .bind(4, shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
+        .bind(5, shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
         .bind(6, radiance, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     radiance

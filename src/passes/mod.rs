@@ -2,10 +2,13 @@
 //!
 //! A pass here is a function that declares its inputs and outputs to the frame graph; it records nothing.
 
+pub mod accumulate;
 pub mod atrous;
 pub mod bounds;
+pub mod brute_force;
 pub mod compaction;
 pub mod compose;
+pub mod debug_view;
 pub mod descent;
 pub mod direct_light;
 pub mod exclusive_scan;
@@ -15,6 +18,8 @@ pub mod grid_scatter;
 pub mod interleave;
 pub mod light_volumes;
 pub mod merge;
+pub mod path_trace;
+pub mod reference;
 pub mod shadow_rays;
 pub mod tone_map;
 pub mod vpl_trace;
@@ -24,7 +29,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, Reservoir, ShadowPoints};
+use crate::settings::{Build, Filter, Reservoir, ShadowPoints, View};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -34,6 +39,12 @@ pub struct FrameShape {
     pub width_px: u32,
     /// Picture height.
     pub height_px: u32,
+    /// Direct light is part of the picture.
+    pub direct: bool,
+    /// The picture is the mean of several frames.
+    pub accumulate: bool,
+    /// Paths per pixel of a path-traced frame.
+    pub samples: u32,
     /// Interleaved sampling: n x n sub-images.
     pub interleave: u32,
     /// Levels of the hierarchy.
@@ -54,7 +65,7 @@ pub struct FrameShape {
     pub upper_capacity: u32,
     /// Where shadow rays end.
     pub shadow_points: ShadowPoints,
-    /// Reservoirs per pixel; 0 is no shadows.
+    /// Reservoirs per pixel; 0 is no shadows of indirect light, with any technique.
     pub shadow_samples: u32,
     /// How reservoirs are updated.
     pub reservoir: Reservoir,
@@ -66,6 +77,8 @@ pub struct FrameShape {
     pub lighting_format: vk::Format,
     /// Count light-volume fragments per pixel (slower; for statistics frames).
     pub count_overdraw: bool,
+    /// What the picture shows.
+    pub view: View,
 }
 
 impl FrameShape {
@@ -152,7 +165,14 @@ impl Frame {
 /// Compute work of one shader; the rest by struct update.
 #[must_use]
 pub fn shader(name: &str, dispatch: Dispatch) -> ComputeWork {
-    ComputeWork { shader: format!("{name}.comp"), constants: Vec::new(), push: Vec::new(), dispatch, uses_scene: false }
+    ComputeWork {
+        shader: format!("{name}.comp"),
+        constants: Vec::new(),
+        push: Vec::new(),
+        dispatch,
+        uses_scene: false,
+        repeat: None,
+    }
 }
 
 /// One thread per item in workgroups of [`WORKGROUP_SIZE`].

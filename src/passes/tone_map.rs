@@ -17,18 +17,13 @@ pub struct ToneMapped {
 
 /// Adds the passes.
 pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ToneMapped {
-    let exposure = frame.graph.persistent_buffer("exposure", 16);
+    let exposure = measure_exposure(frame, "exposure", radiance);
     let info = ImageInfo {
         format: vk::Format::R8G8B8A8_UNORM,
         width_px: frame.shape.width_px,
         height_px: frame.shape.height_px,
     };
     let picture = frame.graph.persistent_image("picture", info);
-    let measure = frame
-        .compute("tone_map/measure_exposure", shader("tone_map/measure_exposure", Dispatch::Groups([1, 1, 1])))
-        .bind(1, radiance, Access::ComputeSampled)
-        .bind(2, exposure, Access::ComputeWrite);
-    frame.graph.add_pass(measure);
     let map = frame
         .compute("tone_map", shader("tone_map/tone_map", frame.per_pixel()))
         .bind(1, radiance, Access::ComputeSampled)
@@ -36,4 +31,17 @@ pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ToneMapped {
         .bind(3, picture, Access::ComputeWrite);
     frame.graph.add_pass(map);
     ToneMapped { picture, exposure }
+}
+
+/// Adds the pass that measures the exposure of an image into a buffer called `name`.
+pub fn measure_exposure(frame: &mut Frame, name: &str, radiance: ImageHandle) -> BufferHandle {
+    let exposure = frame.graph.persistent_buffer(name, 16);
+    let work = shader("tone_map/measure_exposure", Dispatch::Groups([1, 1, 1]));
+    let pass = frame.compute(&format!("tone_map/measure_{name}"), work).bind(1, radiance, Access::ComputeSampled).bind(
+        2,
+        exposure,
+        Access::ComputeWrite,
+    );
+    frame.graph.add_pass(pass);
+    exposure
 }

@@ -3,31 +3,60 @@
 use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
-use image::codecs::openexr::OpenExrEncoder;
-use image::codecs::png::PngEncoder;
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
+use exr::image::SpecificChannels;
+use exr::image::write::WritableImage;
+use exr::math::Vec2;
+use exr::meta::attribute::Text;
+use image::{DynamicImage, ImageFormat, ImageReader};
 
 use super::files::{FileKind, OutputFile};
 use crate::{Error, Result};
 
-/// Writes linear RGB radiance as 32-bit float OpenEXR, untouched.
-///
-/// # Errors
-/// [`Error::Failure`] when `rgb` is not `3 * width * height` long, there are no pixels, or writing fails.
-pub fn write_exr(writer: impl Write + Seek, width: u32, height: u32, rgb: &[f32]) -> Result<()> {
-    check_length(width, height, rgb.len())?;
-    OpenExrEncoder::new(writer)
-        .write_image(bytemuck::cast_slice(rgb), width, height, ExtendedColorType::Rgb32F)
-        .map_err(|error| failed(&error))
+/// A finished picture in both forms.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Width.
+    pub width_px: u32,
+    /// Height.
+    pub height_px: u32,
+    /// Linear radiance, RGB.
+    pub radiance: Vec<f32>,
+    /// Ready for display, sRGB, RGB.
+    pub srgb: Vec<u8>,
+    /// What made it; goes into the file.
+    pub note: String,
 }
 
-/// Writes display-ready sRGB as 8-bit RGB PNG.
+/// Writes linear RGB radiance as 32-bit float OpenEXR, untouched; the note becomes the attribute `comments`.
 ///
 /// # Errors
 /// [`Error::Failure`] when `rgb` is not `3 * width * height` long, there are no pixels, or writing fails.
-pub fn write_png(writer: impl Write, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
+pub fn write_exr(writer: impl Write + Seek, width: u32, height: u32, rgb: &[f32], note: &str) -> Result<()> {
     check_length(width, height, rgb.len())?;
-    PngEncoder::new(writer).write_image(rgb, width, height, ExtendedColorType::Rgb8).map_err(|error| failed(&error))
+    let size = Vec2(width as usize, height as usize);
+    let texel = |at: Vec2<usize>| {
+        let i = 3 * (at.1 * size.0 + at.0);
+        (rgb[i], rgb[i + 1], rgb[i + 2])
+    };
+    let mut picture = exr::image::Image::from_channels(size, SpecificChannels::rgb(texel));
+    picture.layer_data.attributes.comments = Text::new_or_none(note);
+    picture.write().to_buffered(writer).map_err(|error| failed(&error))
+}
+
+/// Writes display-ready sRGB as 8-bit RGB PNG; the note becomes the text chunk `Comment`.
+///
+/// # Errors
+/// [`Error::Failure`] when `rgb` is not `3 * width * height` long, there are no pixels, or writing fails.
+pub fn write_png(writer: impl Write, width: u32, height: u32, rgb: &[u8], note: &str) -> Result<()> {
+    check_length(width, height, rgb.len())?;
+    let mut encoder = png::Encoder::new(writer, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let write = || {
+        encoder.add_itxt_chunk("Comment".to_owned(), note.to_owned())?;
+        encoder.write_header()?.write_image_data(rgb)
+    };
+    write().map_err(|error| failed(&error))
 }
 
 /// Width, height and linear RGB of an OpenEXR file.
@@ -49,21 +78,17 @@ pub fn read_png(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<u8>)> {
 }
 
 impl OutputFile {
-    /// Writes a finished picture: `radiance` where the file is an EXR, else what `display` makes (8-bit sRGB).
+    /// Writes a finished picture: radiance where the file is an EXR, else what is ready for display.
     ///
     /// # Errors
     /// Those of [`write_exr`], [`write_png`] and [`OutputFile::commit`].
-    pub fn commit_picture(
-        self,
-        (width, height): (u32, u32),
-        radiance: &[f32],
-        display: impl FnOnce() -> Vec<u8>,
-    ) -> Result<()> {
+    pub fn commit_picture(self, picture: &Picture) -> Result<()> {
+        let Picture { width_px, height_px, radiance, srgb, note } = picture;
         let mut bytes = Cursor::new(Vec::new());
         if self.kind() == FileKind::Exr {
-            write_exr(&mut bytes, width, height, radiance)?;
+            write_exr(&mut bytes, *width_px, *height_px, radiance, note)?;
         } else {
-            write_png(&mut bytes, width, height, &display())?;
+            write_png(&mut bytes, *width_px, *height_px, srgb, note)?;
         }
         self.commit(&bytes.into_inner())
     }
@@ -82,7 +107,7 @@ fn check_length(width: u32, height: u32, length: usize) -> Result<()> {
     Err(Error::Failure(format!("a picture of {width}x{height} cannot have {length} values")))
 }
 
-fn failed(error: &image::ImageError) -> Error {
+fn failed(error: &dyn std::fmt::Display) -> Error {
     Error::Failure(format!("the picture could not be encoded: {error}"))
 }
 
@@ -92,7 +117,7 @@ mod tests {
 
     fn exr(width: u32, height: u32, rgb: &[f32]) -> Vec<u8> {
         let mut bytes = Cursor::new(Vec::new());
-        write_exr(&mut bytes, width, height, rgb).unwrap();
+        write_exr(&mut bytes, width, height, rgb, "").unwrap();
         bytes.into_inner()
     }
 
@@ -102,7 +127,16 @@ mod tests {
         let path = folder.path().join("a.exr");
         let mut rgb: Vec<f32> = (0..3 * 5 * 7).map(|i| i as f32 * 1.37 - 20.0).collect();
         (rgb[4], rgb[8], rgb[9]) = (f32::NAN, f32::INFINITY, 1e-40);
-        OutputFile::create(&path).unwrap().commit_picture((5, 7), &rgb, Vec::new).unwrap();
+        let picture = Picture {
+            width_px: 5,
+            height_px: 7,
+            radiance: rgb.clone(),
+            note: "made here".to_owned(),
+            ..Picture::default()
+        };
+        OutputFile::create(&path).unwrap().commit_picture(&picture).unwrap();
+        let meta = exr::meta::MetaData::read_from_file(&path, false).unwrap();
+        assert_eq!(meta.headers[0].own_attributes.comments.as_ref().unwrap().to_string(), "made here");
         let (width, height, found) = read_exr(&path).unwrap();
         assert_eq!((width, height), (5, 7));
         let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
@@ -130,14 +164,24 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         let rgb: Vec<u8> = (0..3 * 4 * 2).map(|i| i * 9).collect();
-        OutputFile::create(&path).unwrap().commit_picture((4, 2), &[], || rgb.clone()).unwrap();
+        let picture = Picture {
+            width_px: 4,
+            height_px: 2,
+            srgb: rgb.clone(),
+            note: "made h\u{e9}re".to_owned(),
+            ..Picture::default()
+        };
+        OutputFile::create(&path).unwrap().commit_picture(&picture).unwrap();
+        let reader =
+            png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();
+        assert_eq!(reader.info().utf8_text[0].get_text().unwrap(), "made h\u{e9}re");
         assert_eq!(read_png(&path).unwrap(), (4, 2, rgb));
     }
 
     #[test]
     fn wrong_lengths_and_files_are_errors() {
-        assert!(write_exr(Cursor::new(Vec::new()), 2, 2, &[0.0; 11]).is_err());
-        assert!(write_png(Vec::new(), 0, 2, &[]).is_err());
+        assert!(write_exr(Cursor::new(Vec::new()), 2, 2, &[0.0; 11], "").is_err());
+        assert!(write_png(Vec::new(), 0, 2, &[], "").is_err());
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         assert!(read_exr(&path).is_err());

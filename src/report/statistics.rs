@@ -8,7 +8,7 @@ use crate::gpu::Gpu;
 use crate::passes::FrameShape;
 use crate::renderer::{Renderer, UploadedScene};
 use crate::scene::Camera;
-use crate::settings::Settings;
+use crate::settings::{Settings, View};
 
 /// Counts of the last frame of `renderer`; renders one more frame with fragments counted.
 ///
@@ -34,7 +34,7 @@ pub fn count(
     counts.level_count = top;
     counts.grid_lights_per_level = (1..=top as usize).map(|l| levels[2 * l + 1]).collect();
     warn_of_overflow(lights[2], levels.last().copied().unwrap_or(0));
-    let shape = FrameShape { count_overdraw: true, ..renderer.shape().clone() };
+    let shape = FrameShape { count_overdraw: true, view: View::Final, ..renderer.shape().clone() };
     let (mean, most) = overdraw(Renderer::with_shape(gpu, scene, camera, settings, shape)?)?;
     (counts.overdraw_mean, counts.overdraw_max) = (mean, most);
     Ok(counts)

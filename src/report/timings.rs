@@ -39,6 +39,8 @@ pub struct RunReport {
     pub settings: Settings,
     /// Number of measured frames.
     pub frames: u32,
+    /// How far the run came when the user stopped it; `None` when it ran to its end.
+    pub interrupted: Option<String>,
     /// Number of frames before them.
     pub warmup: u32,
     /// The measurements.
@@ -258,6 +260,7 @@ pub(super) mod tests {
             scene: SceneInfo { name: "courtyard".to_owned(), ..SceneInfo::default() },
             settings: Settings::default(),
             frames: 2,
+            interrupted: None,
             warmup: 0,
             times: RunTimes::of(&two_frames()).unwrap(),
             memory: Memory { device_bytes: 7, peak_resident_bytes: None },

@@ -64,7 +64,8 @@ pub fn mip_chains(textures: &[(&Texture, bool)]) -> Vec<Vec<(u32, u32, Vec<u8>)>
 /// Smaller the more layers there are, and never beyond the largest texture.
 fn layer_size(textures: &[&Texture]) -> u32 {
     let by_count = match textures.len() {
-        0..=64 => 512,
+        0..=32 => 1024,
+        33..=64 => 512,
         65..=256 => 256,
         _ => 128,
     };

@@ -4,6 +4,7 @@
 
 mod validate;
 mod values;
+mod view_rules;
 
 use std::path::{Path, PathBuf};
 

@@ -19,6 +19,7 @@ impl Settings {
         self.validate_method()?;
         self.validate_shadows()?;
         self.validate_combinations()?;
+        self.validate_view()?;
         self.validate_files()
     }
 
@@ -59,6 +60,9 @@ impl Settings {
     }
 
     fn validate_combinations(&self) -> Result<()> {
+        require(self.frames == 1 || self.accumulate == 1, || {
+            "frames and accumulate both say how many frames are rendered: give one of them".to_owned()
+        })?;
         let name = self.technique.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
         require(self.technique == Technique::Lgh || self.reservoir.is_none(), || {
             format!("technique {name} has no reservoirs: leave reservoir out, or choose technique lgh")
@@ -100,7 +104,7 @@ impl Settings {
     }
 }
 
-fn require(holds: bool, sentence: impl FnOnce() -> String) -> Result<()> {
+pub(super) fn require(holds: bool, sentence: impl FnOnce() -> String) -> Result<()> {
     if holds { Ok(()) } else { Err(Error::Usage(sentence())) }
 }
 

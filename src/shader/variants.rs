@@ -33,6 +33,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("light_volumes/shade_light_volume.frag.glsl", RESERVOIR_MODES),
     ("light_volumes/shade_top_level.frag.glsl", RESERVOIR_MODES),
     ("shadow_rays/trace_shadow_rays.comp.glsl", RESERVOIR_LAYOUTS),
+    ("debug_view/show_chosen_levels.comp.glsl", RESERVOIR_LAYOUTS),
 ];
 
 /// A file with only itself as its variant.

@@ -16,11 +16,11 @@ pub struct FrameData {
     pub clip_from_world: [[f32; 4]; 4],
     /// Eye position; near plane distance.
     pub eye_near: [f32; 4],
-    /// Viewing direction.
+    /// Viewing direction; horizontal offset of the sampling points from the pixel centres, in pixels.
     pub forward: [f32; 4],
     /// Right vector times tan(half horizontal field of view); the rasteriser's vertex step at distance 1.
     pub right: [f32; 4],
-    /// Up vector times tan(half vertical field of view).
+    /// Up vector times tan(half vertical field of view); vertical offset of the sampling points, downwards.
     pub up: [f32; 4],
     /// Scene centre; scene radius.
     pub scene_sphere: [f32; 4],
@@ -34,6 +34,8 @@ pub struct FrameData {
     pub lights: [u32; 4],
     /// Alpha; squared singularity clamp; exposure (0 = automatic); ray offset.
     pub tuning: [f32; 4],
+    /// Number of the frame among those accumulated, from 0; the rest unused.
+    pub accumulation: [u32; 4],
     /// Per level 0..=MAX_LEVEL+1: vertices per axis; words per row; first word; first word of the next level.
     pub levels: [[u32; 4]; LEVEL_ROWS],
 }
@@ -124,5 +126,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 10 + 16 * LEVEL_ROWS);
+    assert!(size_of::<FrameData>() == 64 + 16 * 11 + 16 * LEVEL_ROWS);
 };

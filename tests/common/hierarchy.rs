@@ -11,7 +11,7 @@ use gridlight::gpu::{Executor, Gpu};
 use gridlight::graph::BufferHandle;
 use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
-use gridlight::settings::{Build, Filter, Reservoir, ShadowPoints};
+use gridlight::settings::{Build, Filter, Reservoir, ShadowPoints, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
 
 /// A compiled hierarchy for up to so many lights.
@@ -158,6 +158,10 @@ pub fn shape(options: Options) -> FrameShape {
         filter: Filter::None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
         count_overdraw: false,
+        direct: true,
+        accumulate: false,
+        samples: 1,
+        view: View::Final,
     }
 }
 

@@ -41,7 +41,7 @@ class Surface:
         pick = rng.choice(len(x), min(pixels, len(x)), replace=False)
         self.x, self.y = x[pick], y[pick]
         vector = {key: np.array(frame[key]) for key in ("eye_ws", "forward_ws", "right_ws", "up_ws")}
-        ndc = (np.stack([self.x, self.y], axis=1) + 0.5) / frame["size_px"] * 2.0 - 1.0
+        ndc = (np.stack([self.x, self.y], axis=1) + 0.5 + np.array(frame["jitter_px"])) / frame["size_px"] * 2.0 - 1.0
         ray = vector["forward_ws"] + ndc[:, :1] * vector["right_ws"] - ndc[:, 1:] * vector["up_ws"]
         self.position = vector["eye_ws"] + ray * (frame["near"] / depth[self.y, self.x])[:, None]
         words = np.ascontiguousarray(dump.get("gbuffer", "gbuffer_normals")[self.y, self.x, :1])
@@ -73,6 +73,8 @@ class Surface:
 
 
 def lighting(dump, rng, pixels):
+    if not dump.has("light_volumes", "lighting"):
+        return 0, 0.0
     surface = Surface(dump, rng, pixels)
     found = dump.get("light_volumes", "lighting")[surface.row, surface.column]
     expected = np.zeros(found.shape)
@@ -130,8 +132,11 @@ def shadow_samples(dump, rng, pixels):
 
 def compose(dump, _rng, _pixels):
     """Direct light plus albedo times lighting times S / U, at every pixel."""
-    direct = dump.get("direct_light", "direct")[..., :3]
-    expected, key = direct.copy(), dump.last("lighting", "lighting_blurred")
+    found = dump.get("compose", "radiance")[..., :3]
+    expected = np.zeros(found.shape)
+    if dump.has("direct_light", "direct"):
+        expected += dump.get("direct_light", "direct")[..., :3]
+    key = dump.last("lighting", "lighting_blurred", "reference_lighting")
     if key:
         indirect = dump.get(*key)[..., :3]
         shadowed, unshadowed = dump.last("shadowed"), dump.last("unshadowed")
@@ -139,12 +144,20 @@ def compose(dump, _rng, _pixels):
             s, u = dump.get(*shadowed)[..., :3], dump.get(*unshadowed)[..., :3]
             indirect = indirect * np.where(u > 0.0, s / np.where(u > 0.0, u, 1.0), 1.0)
         expected += dump.get("gbuffer", "gbuffer_albedo")[..., :3] * indirect
-    found = dump.get("compose", "radiance")[..., :3]
+    return found.size, worst(found, expected, magnitude(expected.reshape(-1, 3)).reshape(expected.shape))
+
+
+def accumulate(dump, _rng, _pixels):
+    """The mean is the sum over the sum of weights; of the first frame that is the frame."""
+    if not dump.has("accumulate", "accumulated_mean"):
+        return 0, 0.0
+    found, total = dump.get("accumulate", "accumulated_mean")[..., :3], dump.get("accumulate", "accumulated_sum")
+    expected = total[..., :3] / np.maximum(total[..., 3:], 1e-300)
     return found.size, worst(found, expected, magnitude(expected.reshape(-1, 3)).reshape(expected.shape))
 
 
 def tone_map(dump, _rng, _pixels):
-    radiance = dump.get("compose", "radiance")[..., :3]
+    radiance = dump.get(*dump.last("radiance", "accumulated_mean"))[..., :3]
     exposed = np.maximum(radiance * float(dump.get("tone_map/measure_exposure", "exposure")[0]), 0.0)
     value = exposed / (1.0 + exposed)
     srgb = np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 1e-12) ** (1 / 2.4) - 0.055)

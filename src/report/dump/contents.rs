@@ -116,7 +116,7 @@ pub fn frame_data(bytes: &[u8], _: &Known) -> Array {
     let mut fields = vec![f("clip_from_world", &[4, 4])];
     fields.extend(vectors);
     fields.extend(integers);
-    fields.extend([f("tuning", &[4]), u("levels", &[LEVEL_ROWS as u64, 4])]);
+    fields.extend([f("tuning", &[4]), u("accumulation", &[4]), u("levels", &[LEVEL_ROWS as u64, 4])]);
     Array::records(fields, &[1], bytes)
 }
 
@@ -272,8 +272,10 @@ pub fn draws(bytes: &[u8], _: &Known) -> Array {
 
 /// Fragments by pixel in the interleaved layout; nothing where they are not counted.
 pub fn overdraw(bytes: &[u8], known: &Known) -> Array {
-    let shape = if known.shape.count_overdraw { known.interleaved_pixels() } else { [0, 0] };
-    Array::plain(Scalar::U32, &shape, bytes)
+    let shape = known.interleaved_pixels();
+    // Views leave the counting out whatever the shape says.
+    let counted = known.shape.count_overdraw && bytes.len() as u64 == 4 * shape[0] * shape[1];
+    Array::plain(Scalar::U32, &if counted { shape } else { [0, 0] }, bytes)
 }
 
 /// Reservoirs by pixel in the interleaved layout.

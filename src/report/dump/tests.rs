@@ -1,16 +1,20 @@
 //! Every resource of every frame must be described.
 
 use ash::vk;
+use clap::ValueEnum;
 
 use super::*;
 use crate::frame;
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, Reservoir, ShadowPoints, Technique};
+use crate::settings::{Build, Filter, Reservoir, ShadowPoints, Technique, View};
 
 fn shape() -> FrameShape {
     FrameShape {
         width_px: 8,
         height_px: 8,
+        direct: true,
+        accumulate: true,
+        samples: 2,
         interleave: 1,
         levels: Levels::new(4),
         first_level: 1,
@@ -27,6 +31,7 @@ fn shape() -> FrameShape {
         filter: Filter::Atrous,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,
         count_overdraw: true,
+        view: View::Final,
     }
 }
 
@@ -42,19 +47,30 @@ fn every_resource_has_an_entry() {
     ];
     for technique in [Technique::Lgh, Technique::Direct, Technique::BruteForce, Technique::PathTrace] {
         for shape in &shapes {
-            for resource in frame::build(technique, shape.clone()).0.resources() {
-                let found = entry(&resource.name);
-                let about = found.unwrap_or_else(|| panic!("{}: src/report/dump/table.rs has no entry", resource.name));
-                let fits = match (resource.info, about.contents) {
-                    (ResourceInfo::Buffer(_), Contents::Buffer(_)) => true,
-                    (ResourceInfo::Image(info), Contents::Image(names)) => {
-                        let picture = Picture::from_texels(&info, names, &[0; 64]).unwrap();
-                        picture.channels.len() == names.len()
-                    }
-                    _ => false,
-                };
-                assert!(fits, "{}: the entry is of the other kind", resource.name);
-            }
+            check_frame(technique, shape);
         }
+    }
+}
+
+#[test]
+fn every_resource_of_every_view_has_an_entry() {
+    for view in View::value_variants() {
+        check_frame(Technique::Lgh, &FrameShape { view: *view, ..shape() });
+    }
+}
+
+fn check_frame(technique: Technique, shape: &FrameShape) {
+    for resource in frame::build(technique, shape.clone()).0.resources() {
+        let found = entry(&resource.name);
+        let about = found.unwrap_or_else(|| panic!("{}: src/report/dump/table.rs has no entry", resource.name));
+        let fits = match (resource.info, about.contents) {
+            (ResourceInfo::Buffer(_), Contents::Buffer(_)) => true,
+            (ResourceInfo::Image(info), Contents::Image(names)) => {
+                let picture = Picture::from_texels(&info, names, &[0; 64]).unwrap();
+                picture.channels.len() == names.len()
+            }
+            _ => false,
+        };
+        assert!(fits, "{}: the entry is of the other kind", resource.name);
     }
 }

@@ -1,0 +1,54 @@
+// Views that are one texel of one or two images: values in rgb, and in a the number that a colour map shows, -1 where
+// there is no surface. One thread per pixel.
+#include "common/frame.glsl"
+#include "common/color.glsl"
+#include "common/octahedral.glsl"
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
+// Rust: passes::debug_view::SurfaceView.
+const uint ALBEDO = 0u;
+const uint NORMAL = 1u;
+const uint DEPTH = 2u;
+const uint INDIRECT = 3u;
+const uint SHADOW_RATIO = 4u;
+layout(constant_id = 0) const uint SHOWN = ALBEDO;
+
+layout(set = 0, binding = 1) uniform texture2D depth_image;
+layout(set = 0, binding = 2) uniform texture2D albedo_image;
+layout(set = 0, binding = 3) uniform utexture2D normals_image;
+// INDIRECT: lighting per unit albedo. SHADOW_RATIO: S and U.
+layout(set = 0, binding = 4) uniform texture2D first_image;
+layout(set = 0, binding = 5) uniform texture2D second_image;
+layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_values;
+
+// S/U; 0/0 is 1 as in compose: where no sample carries light there is nothing to darken.
+float ratio(float shadowed, float unshadowed) { return unshadowed > 0.0 ? shadowed / unshadowed : 1.0; }
+
+vec4 shown(ivec2 p, float depth) {
+    vec3 first = texelFetch(first_image, p, 0).rgb;
+    switch (SHOWN) {
+    case NORMAL:
+        return vec4(unpack_octahedral(texelFetch(normals_image, p, 0).x), 0.0);
+    case DEPTH:
+        return vec4(frame.eye_near.w / depth);
+    case INDIRECT:
+        return vec4(texelFetch(albedo_image, p, 0).rgb * first, 0.0);
+    case SHADOW_RATIO:
+        vec3 u = texelFetch(second_image, p, 0).rgb;
+        return vec4(ratio(first.r, u.r), ratio(first.g, u.g), ratio(first.b, u.b), ratio(luminance(first), luminance(u)));
+    default:
+        return vec4(texelFetch(albedo_image, p, 0).rgb, 0.0);
+    }
+}
+
+void main() {
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (any(greaterThanEqual(pixel, image_size()))) {
+        return;
+    }
+    ivec2 p = ivec2(pixel);
+    float depth = texelFetch(depth_image, p, 0).x;
+    vec3 nothing = vec3(SHOWN == SHADOW_RATIO ? 1.0 : 0.0);
+    imageStore(out_values, p, depth > 0.0 ? shown(p, depth) : vec4(nothing, -1.0));
+}

@@ -1,0 +1,69 @@
+//! Runs the frames of a headless run, one after the other.
+
+use std::ops::ControlFlow;
+
+use crate::error::{Error, Result};
+use crate::interrupt;
+use crate::progress::Progress;
+use crate::renderer::Renderer;
+use crate::report::timings::FrameTimes;
+use crate::settings::Settings;
+
+/// What was rendered.
+pub struct Frames {
+    /// Times of the measured frames.
+    pub times: Vec<FrameTimes>,
+    /// How far the run came when it was interrupted.
+    pub interrupted: Option<String>,
+}
+
+/// Serial frames: each is waited for before the next, so that wall clock and GPU clock can be compared. An
+/// interrupted run ends with the frame, or with the round of a reference technique, that it is in.
+///
+/// # Errors
+/// [`Error::Interrupted`] when it was interrupted before anything was measured; device errors.
+pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progress) -> Result<Frames> {
+    let names = renderer.pass_names();
+    let warmup = u64::from(settings.warmup);
+    // The last frame of a mean is left to the dump, which runs it in its own way.
+    let dumped = u64::from(settings.dump.is_some() && settings.accumulate > 1);
+    let measured = u64::from(settings.frames.max(settings.accumulate)) - dumped;
+    let bar = progress.bar("frames", SUBDIVISION * (warmup + measured));
+    let mut times = Vec::new();
+    let mut interrupted = None;
+    for index in 0..warmup + measured {
+        if settings.accumulate > 1 {
+            renderer.set_accumulated_frame(index.saturating_sub(warmup) as u32);
+        }
+        let mut on_step = |done: u32, total: u32| {
+            bar.set(SUBDIVISION * index + SUBDIVISION * u64::from(done) / u64::from(total.max(1)));
+            if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
+        if index >= warmup {
+            let gpu_ms = frame.times.pass_ms.iter().sum();
+            let pass_ms = names.iter().cloned().zip(frame.times.pass_ms).collect();
+            times.push(FrameTimes { pass_ms, gpu_ms, cpu_ms: frame.times.cpu_ms });
+        }
+        bar.set(SUBDIVISION * (index + 1));
+        let is_last = index + 1 == warmup + measured;
+        let partly = frame.rounds_done < frame.rounds;
+        if interrupt::requested() && (!is_last || partly) {
+            let rounds = if partly {
+                format!(", of the last {} of {} rounds", frame.rounds_done, frame.rounds)
+            } else {
+                String::new()
+            };
+            interrupted = Some(format!("interrupted after {} of {measured} frames{rounds}", times.len()));
+            break;
+        }
+    }
+    bar.finish();
+    if times.is_empty() {
+        return Err(Error::Interrupted("interrupted before the first measured frame; nothing is written".to_owned()));
+    }
+    Ok(Frames { times, interrupted })
+}
+
+/// Steps of the progress bar per frame.
+const SUBDIVISION: u64 = 100;

@@ -1,0 +1,143 @@
+//! Frames with repeated passes, submitted in steps: for references that take seconds to hours. Every step is waited
+//! for, so that it can be timed, shown and followed by a stop; the frames of the window never come here.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use super::check;
+use super::executor::{Executor, FrameTimes};
+use super::recorder;
+use super::work::{ComputeWork, Repeat, Work};
+use crate::error::Result;
+
+/// Part of the longest submission that a step aims at, so that few exceed it.
+const AIM: f64 = 0.75;
+
+/// What became of a frame in steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SteppedFrame {
+    /// Times of the passes; a repeated one includes the gaps between its steps.
+    pub times: FrameTimes,
+    /// Rounds of the repeated pass that were finished.
+    pub rounds_done: u32,
+    /// Rounds it has in all; 0 when no pass repeats.
+    pub rounds: u32,
+}
+
+/// Called after every step with the repetitions done and all of them; `Break` ends the pass with its round.
+pub type OnStep<'a> = dyn FnMut(u32, u32) -> ControlFlow<()> + 'a;
+
+impl Executor {
+    /// Runs one frame and waits for it, in submissions of about `max_submit_ms` at most where passes repeat.
+    ///
+    /// # Errors
+    /// When the device is lost; names the last pass reached.
+    pub fn run_in_steps(
+        &mut self,
+        frame_data: &[u8],
+        max_submit_ms: f64,
+        on_step: &mut OnStep,
+    ) -> Result<SteppedFrame> {
+        let slot = self.submitted as usize % self.slots.len();
+        self.wait_value(self.slots[slot].busy_until)?;
+        let stamp = self.submitted as u32 + 1;
+        let result = self.run_passes(slot, stamp, frame_data, max_submit_ms, on_step);
+        let names: Vec<&str> = self.graph.passes().iter().map(|p| p.name.as_str()).collect();
+        self.slots[slot].markers.explain(result, &names, stamp)
+    }
+
+    fn run_passes(
+        &mut self,
+        slot: usize,
+        stamp: u32,
+        frame_data: &[u8],
+        max_submit_ms: f64,
+        on_step: &mut OnStep,
+    ) -> Result<SteppedFrame> {
+        let start = Instant::now();
+        let commands = self.slots[slot].commands;
+        let (mut rounds_done, mut rounds) = (0, 0);
+        self.begin_commands(commands)?;
+        self.slots[slot].timers.begin(commands);
+        for index in 0..self.passes.len() {
+            self.slots[slot].markers.reach(commands, index, stamp);
+            if let Some(repeat) = self.repeat_of(index) {
+                self.submit_step(slot)?;
+                self.begin_commands(commands)?;
+                rounds_done += self.run_repetitions(slot, index, repeat, max_submit_ms, on_step)?;
+                rounds += repeat.rounds;
+            } else {
+                recorder::record_pass(self, commands, index, frame_data);
+            }
+            self.slots[slot].timers.after_pass(commands, index);
+        }
+        self.submit_step(slot)?;
+        let pass_ms = self.slots[slot].timers.read_ms()?;
+        let times = FrameTimes { pass_ms, cpu_ms: start.elapsed().as_secs_f64() * 1e3 };
+        Ok(SteppedFrame { times, rounds_done, rounds })
+    }
+
+    /// How often the pass repeats, if it does.
+    pub(super) fn repeat_of(&self, index: usize) -> Option<Repeat> {
+        match self.graph.passes()[index].payload {
+            Work::Compute(ComputeWork { repeat, .. }) => repeat,
+            _ => None,
+        }
+    }
+
+    /// Rounds finished. The command buffer is recording before and after.
+    fn run_repetitions(
+        &mut self,
+        slot: usize,
+        index: usize,
+        repeat: Repeat,
+        max_submit_ms: f64,
+        on_step: &mut OnStep,
+    ) -> Result<u32> {
+        let commands = self.slots[slot].commands;
+        let (mut done, mut end, mut batch) = (0, repeat.count(), 1);
+        while done < end {
+            let next = (done + batch).min(end);
+            recorder::record_repetitions(self, commands, index, done..next);
+            let start = Instant::now();
+            self.submit_step(slot)?;
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            self.begin_commands(commands)?;
+            done = next;
+            if on_step(done, repeat.count()).is_break() {
+                end = end.min(done.next_multiple_of(repeat.parts));
+            }
+            batch = next_batch(batch, ms, max_submit_ms);
+        }
+        Ok(done / repeat.parts)
+    }
+
+    /// Ends, submits and waits for what has been recorded.
+    fn submit_step(&mut self, slot: usize) -> Result<()> {
+        // SAFETY: the command buffer is recording, outside a rendering scope.
+        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(self.slots[slot].commands) })?;
+        let value = self.submitted + 1;
+        self.queue(slot, value)?;
+        self.wait_value(value)
+    }
+}
+
+/// Repetitions of the next step after a step of `batch` took `ms`. Grows slowly: the first steps warm caches.
+fn next_batch(batch: u32, ms: f64, max_submit_ms: f64) -> u32 {
+    let fitting = f64::from(batch) * AIM * max_submit_ms / ms.max(1e-3);
+    (fitting as u32).clamp(1, batch.saturating_mul(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_batch;
+
+    #[test]
+    fn steps_grow_slowly_and_shrink_at_once() {
+        assert_eq!(next_batch(1, 1.0, 200.0), 2);
+        assert_eq!(next_batch(64, 100.0, 200.0), 96);
+        assert_eq!(next_batch(64, 600.0, 200.0), 16);
+        assert_eq!(next_batch(1, 900.0, 200.0), 1, "a step is never empty");
+        assert_eq!(next_batch(u32::MAX, 0.0, 1.0), u32::MAX);
+    }
+}

@@ -1,0 +1,30 @@
+//! `brute_force`: every light of S0 at every pixel, the reference for the hierarchy over the same lights.
+
+use super::compaction::Lights;
+use super::gbuffer::GBuffer;
+use super::{Frame, reference};
+use crate::gpu::ComputeWork;
+use crate::graph::{Access, ImageHandle};
+
+/// Lights of a round where each takes a ray.
+const SHADOWED_LIGHTS_PER_ROUND: u32 = 4;
+/// Lights of a round without rays.
+const LIGHTS_PER_ROUND: u32 = 256;
+
+/// Adds the passes; gives the indirect radiance per unit albedo.
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights) -> ImageHandle {
+    let sum = reference::sum_image(frame);
+    let has_shadows = frame.shape.shadow_samples > 0;
+    let lights_per_round = if has_shadows { SHADOWED_LIGHTS_PER_ROUND } else { LIGHTS_PER_ROUND };
+    let rounds = frame.shape.light_capacity().div_ceil(lights_per_round);
+    let work = reference::work(frame, "brute_force/shade_all", rounds, vec![lights_per_round]);
+    let pass = frame
+        .compute("brute_force", ComputeWork { constants: vec![u32::from(has_shadows)], ..work })
+        .bind(1, gbuffer.depth, Access::ComputeSampled)
+        .bind(2, gbuffer.normals, Access::ComputeSampled)
+        .bind(3, sum, Access::ComputeReadWrite)
+        .bind(4, lights.positions, Access::ComputeRead)
+        .bind(5, lights.fluxes, Access::ComputeRead)
+        .bind(6, lights.counts, Access::ComputeRead);
+    reference::add(frame, pass, sum)
+}

@@ -1,0 +1,251 @@
+//! `debug_view`: intermediate results as pictures (`docs/views.md`). Each function gives an image of values: what an
+//! EXR holds in rgb, and in alpha the number that a colour map shows, below 0 where there is none.
+
+use ash::vk;
+
+use super::compaction::Lights;
+use super::gbuffer::GBuffer;
+use super::merge::MergedLights;
+use super::tone_map::{self, ToneMapped};
+use super::{Frame, shader};
+use crate::gpu::{
+    ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work,
+};
+use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo, Pass};
+use crate::settings::{Reservoir, View};
+use crate::shared::TILE_SIZE;
+use crate::views::{LEVEL_COLORS, MAX_COLORS, NO_VALUE, color_map};
+
+/// Lights that one dispatch of [`sum_lights`] may visit, all workgroups together: below a second on two CPU cores.
+const VISITS_PER_DISPATCH: u64 = 15_000_000;
+/// Diameter of a light's disc in a picture 640 pixels wide, pixels.
+const POINT_PX: f32 = 2.5;
+
+/// What [`show_surface`] shows of each pixel's surface (`debug_view/show_surface.comp.glsl`).
+#[derive(Clone, Copy, Debug)]
+pub enum SurfaceView {
+    /// Linear base colour.
+    Albedo,
+    /// Shading normal in world space.
+    Normal,
+    /// Distance along the viewing direction.
+    Depth,
+    /// Albedo times this lighting.
+    Indirect(ImageHandle),
+    /// S / U.
+    ShadowRatio(super::shadow_rays::ShadowEstimates),
+}
+
+/// How values become colours (`debug_view/colorize.comp.glsl`).
+#[derive(Clone, Copy, Debug)]
+enum Coding {
+    LinearColor = 0,
+    Direction = 1,
+    Mapped = 2,
+}
+
+fn image_info(frame: &Frame, format: vk::Format) -> ImageInfo {
+    ImageInfo { format, width_px: frame.shape.width_px, height_px: frame.shape.height_px }
+}
+
+fn values_image(frame: &mut Frame) -> ImageHandle {
+    let info = image_info(frame, vk::Format::R32G32B32A32_SFLOAT);
+    frame.graph.persistent_image("view_values", info)
+}
+
+/// Adds the pass for what is read from the G-buffer and images in the picture's layout.
+pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) -> ImageHandle {
+    let values = values_image(frame);
+    // Bindings that a view does not read still need an image of the right kind.
+    let (index, first, second) = match shown {
+        SurfaceView::Albedo => (0, gbuffer.albedo, gbuffer.albedo),
+        SurfaceView::Normal => (1, gbuffer.albedo, gbuffer.albedo),
+        SurfaceView::Depth => (2, gbuffer.albedo, gbuffer.albedo),
+        SurfaceView::Indirect(lighting) => (3, lighting, gbuffer.albedo),
+        SurfaceView::ShadowRatio(estimates) => (4, estimates.shadowed, estimates.unshadowed),
+    };
+    let work = ComputeWork { constants: vec![index], ..shader("debug_view/show_surface", frame.per_pixel()) };
+    let pass = frame
+        .compute("debug_view", work)
+        .bind(1, gbuffer.depth, Access::ComputeSampled)
+        .bind(2, gbuffer.albedo, Access::ComputeSampled)
+        .bind(3, gbuffer.normals, Access::ComputeSampled)
+        .bind(4, first, Access::ComputeSampled)
+        .bind(5, second, Access::ComputeSampled)
+        .bind(6, values, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    values
+}
+
+/// Adds the pass for light-volume fragments per pixel; the frame must count them.
+pub fn show_overdraw(frame: &mut Frame, overdraw: BufferHandle) -> ImageHandle {
+    let values = values_image(frame);
+    let pass = frame
+        .compute("debug_view", shader("debug_view/show_overdraw", frame.per_pixel()))
+        .bind(1, overdraw, Access::ComputeRead)
+        .bind(2, values, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    values
+}
+
+/// Adds the pass for the levels of the lights in each pixel's reservoirs.
+pub fn show_chosen_levels(frame: &mut Frame, merged: &MergedLights, reservoirs: BufferHandle) -> ImageHandle {
+    let values = values_image(frame);
+    let name = match frame.shape.reservoir {
+        Reservoir::Exact => "debug_view/show_chosen_levels_exact",
+        Reservoir::Race | Reservoir::Lock => "debug_view/show_chosen_levels",
+    };
+    let pass = frame
+        .compute("debug_view", shader(name, frame.per_pixel()))
+        .bind(1, merged.lights, Access::ComputeRead)
+        .bind(2, reservoirs, Access::ComputeRead)
+        .bind(3, values, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    values
+}
+
+/// What [`sum_lights`] makes.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSums {
+    /// Number of lights that contribute; or mean level, dominant level and largest share.
+    pub values: ImageHandle,
+    /// Linear colour: the levels' colours mixed by share. Nothing in it unless shares were asked for.
+    pub mix: ImageHandle,
+}
+
+/// Adds the passes that visit every light at every pixel; `shares` asks for the levels' shares in the lighting rather
+/// than for the number of lights. The picture is done in bands of rows, so that no dispatch takes long.
+pub fn sum_lights(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    placement: BufferHandle,
+    merged: &MergedLights,
+    shares: bool,
+) -> LightSums {
+    let values = values_image(frame);
+    let mix = frame.image("level_mix", vk::Format::R32G32B32A32_SFLOAT);
+    let [width_px, height_px] = frame.shape.sub_image_px();
+    let tiles = frame.shape.interleave.pow(2);
+    let lights =
+        frame.shape.grid_capacity + if frame.shape.first_level == 0 { frame.shape.light_capacity() } else { 0 };
+    let [columns, rows] = [width_px, height_px].map(|edge| edge.div_ceil(TILE_SIZE));
+    // The lights are dealt to the sub-images, so that a row of workgroups in all of them visits each light once each column.
+    let visits_per_row = u64::from(columns) * u64::from(lights);
+    let rows_per_band = (VISITS_PER_DISPATCH / visits_per_row.max(1)).clamp(1, u64::from(rows)) as u32;
+    for (band, first_row) in (0..rows).step_by(rows_per_band as usize).enumerate() {
+        let band_rows = rows_per_band.min(rows - first_row);
+        let mut push = vec![first_row * TILE_SIZE];
+        push.extend(LEVEL_COLORS.iter().chain(&[NO_VALUE]));
+        let work = ComputeWork {
+            constants: vec![u32::from(shares)],
+            push,
+            ..shader("debug_view/sum_lights", Dispatch::Groups([columns, band_rows, tiles]))
+        };
+        // Later bands keep what earlier ones have written.
+        let access = if band == 0 { Access::ComputeWrite } else { Access::ComputeReadWrite };
+        let pass = frame
+            .compute(&format!("debug_view/sum_lights_{}", band + 1), work)
+            .bind(1, gbuffer.depth, Access::ComputeSampled)
+            .bind(2, gbuffer.normals, Access::ComputeSampled)
+            .bind(3, merged.lights, Access::ComputeRead)
+            .bind(4, merged.tiles, Access::ComputeRead)
+            .bind(5, placement, Access::ComputeRead)
+            .bind(6, values, access)
+            .bind(7, mix, access);
+        frame.graph.add_pass(pass);
+    }
+    LightSums { values, mix }
+}
+
+/// Adds the pass that draws the lights S0 as discs: flux in rgb and 1 in alpha, 0 where there is no disc. Lights behind
+/// the surfaces of the G-buffer are hidden.
+pub fn draw_points(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights) -> ImageHandle {
+    let values = values_image(frame);
+    let [width, height] = [frame.shape.width_px, frame.shape.height_px];
+    let radius_px = 0.5 * (POINT_PX * width as f32 / 640.0).max(2.0);
+    let draw = RasterDraw {
+        vertex: "debug_view/draw_points.vert".to_owned(),
+        fragment: "debug_view/draw_points.frag".to_owned(),
+        constants: Vec::new(),
+        push: vec![radius_px.to_bits()],
+        state: RasterState {
+            additive_blend: false,
+            depth_compare: Some(vk::CompareOp::GREATER_OR_EQUAL),
+            depth_write: false,
+            cull: vk::CullModeFlags::NONE,
+            scene_vertices: false,
+        },
+        viewport: Viewport::whole(width, height),
+        call: DrawCall::Direct { vertex_count: 6, instance_count: frame.shape.light_capacity() },
+    };
+    let work = RasterWork {
+        colors: vec![ColorTarget { image: values, clear: Some([0; 4]) }],
+        depth: Some(DepthTarget { image: gbuffer.depth, clear: None, write: false }),
+        extent_px: [width, height],
+        draws: vec![draw],
+        uses_scene: false,
+    };
+    frame.graph.add_pass(
+        Pass::new("debug_view/draw_points", Work::Raster(work))
+            .bind(0, frame.data, Access::GraphicsUniform)
+            .bind(1, lights.positions, Access::VertexRead)
+            .bind(2, lights.fluxes, Access::VertexRead)
+            .bind(3, lights.counts, Access::VertexRead)
+            .uses(gbuffer.depth, Access::DepthAttachmentRead)
+            .uses(values, Access::ColorAttachmentWrite),
+    );
+    values
+}
+
+/// Adds the passes that make a picture of values by the view's colour map, or of colours and directions as such. The
+/// "exposure" of such a picture is the upper end of its scale.
+pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMapped {
+    let scale = frame.graph.persistent_buffer("view_scale", 16);
+    let map = color_map(view);
+    if let Some(end) = map.map_or(Some(1.0), |map| map.end) {
+        frame.clear("debug_view/set_scale", &[(scale, end.to_bits())]);
+    } else {
+        let pass = frame
+            .compute("debug_view/measure_scale", shader("debug_view/measure_scale", Dispatch::groups(1)))
+            .bind(1, values, Access::ComputeSampled)
+            .bind(2, scale, Access::ComputeWrite);
+        frame.graph.add_pass(pass);
+    }
+    let coding = match (map, view) {
+        (Some(_), _) => Coding::Mapped,
+        (None, View::Normal) => Coding::Direction,
+        (None, _) => Coding::LinearColor,
+    };
+    let colors = map.map_or(&LEVEL_COLORS[..], |map| map.colors);
+    let mut push = vec![colors.len() as u32, NO_VALUE];
+    push.extend(colors);
+    push.resize(2 + MAX_COLORS, 0);
+    let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
+    let picture = frame.graph.persistent_image("picture", info);
+    let work = ComputeWork { constants: vec![coding as u32], push, ..shader("debug_view/colorize", frame.per_pixel()) };
+    let pass = frame
+        .compute("debug_view/colorize", work)
+        .bind(1, values, Access::ComputeSampled)
+        .bind(2, scale, Access::ComputeRead)
+        .bind(3, picture, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    ToneMapped { picture, exposure: scale }
+}
+
+/// Adds the passes that lay points over the dimmed picture of direct light, with a little albedo.
+pub fn overlay_points(frame: &mut Frame, points: ImageHandle, direct: ImageHandle, albedo: ImageHandle) -> ToneMapped {
+    let exposure = tone_map::measure_exposure(frame, "exposure", points);
+    let direct_exposure = tone_map::measure_exposure(frame, "direct_exposure", direct);
+    let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
+    let picture = frame.graph.persistent_image("picture", info);
+    let pass = frame
+        .compute("debug_view/overlay_points", shader("debug_view/overlay_points", frame.per_pixel()))
+        .bind(1, points, Access::ComputeSampled)
+        .bind(2, direct, Access::ComputeSampled)
+        .bind(3, exposure, Access::ComputeRead)
+        .bind(4, direct_exposure, Access::ComputeRead)
+        .bind(5, albedo, Access::ComputeSampled)
+        .bind(6, picture, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    ToneMapped { picture, exposure }
+}

@@ -1,0 +1,374 @@
+//! Every view on the GPU against what the scene, or a sum on the CPU, says that it must show.
+
+mod common;
+mod support;
+
+use common::GpuTest;
+use glam::Vec3;
+use gridlight::cpu::grid::Grid;
+use gridlight::cpu::lights::{blend_weight, light_response, luminance};
+use gridlight::gpu::Gpu;
+use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::report::image_files::{read_exr, read_png};
+use gridlight::report::statistics;
+use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
+use gridlight::scene::testing::box_room;
+use gridlight::scene::{Camera, Light, Scene};
+use gridlight::settings::{Filter, Reservoir, Settings, Size, Technique, View};
+use gridlight::shared::{GridLight, GridPlacement, MAX_LEVEL};
+use gridlight::views::{LEVEL_COLORS, NO_VALUE};
+
+const ALBEDO: Vec3 = Vec3::new(0.6, 0.4, 0.2);
+
+/// A closed room with one lamp, seen from inside.
+fn room() -> Scene {
+    let mut scene = box_room(4.0, ALBEDO);
+    scene.lights = vec![Light::Point { position_ws: Vec3::new(0.3, 0.9, 0.2), intensity: Vec3::new(9.0, 6.0, 3.0) }];
+    let forward_ws = Vec3::new(0.7, -0.2, -0.9).normalize();
+    let right_ws = forward_ws.cross(Vec3::Y).normalize();
+    scene.cameras = vec![Camera {
+        name: "inside".into(),
+        position_ws: Vec3::new(-1.5, 0.3, 1.4),
+        right_ws,
+        up_ws: right_ws.cross(forward_ws),
+        forward_ws,
+        yfov_rad: 1.2,
+        near: 0.01,
+    }];
+    scene
+}
+
+fn settings(view: View) -> Settings {
+    Settings { size: Size { width: 48, height: 32 }, vpls: 600, view, ..Settings::default() }
+}
+
+/// A view of the room with its picture and the renderer that made it.
+struct Seen {
+    values: Vec<Vec3>,
+    picture: Vec<[u8; 3]>,
+    renderer: Renderer,
+}
+
+fn see(test: &GpuTest, scene: &Scene, settings: &Settings) -> Seen {
+    let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
+    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
+    let ticket = renderer.submit().unwrap();
+    renderer.wait(ticket).unwrap();
+    let values = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
+    let picture = renderer.read_srgb().unwrap().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+    Seen { values, picture, renderer }
+}
+
+/// Where the ray through a pixel's centre meets the room: the point, the wall's normal, the depth.
+fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, index: usize) -> (Vec3, Vec3, f32) {
+    let [x, y] = [index as u32 % size.width, index as u32 / size.width];
+    let half = (camera.yfov_rad * 0.5).tan();
+    let ndc_x = (x as f32 + 0.5) / size.width as f32 * 2.0 - 1.0;
+    let ndc_y = 1.0 - (y as f32 + 0.5) / size.height as f32 * 2.0;
+    let aspect = size.width as f32 / size.height as f32;
+    let direction = camera.forward_ws + camera.right_ws * (ndc_x * half * aspect) + camera.up_ws * (ndc_y * half);
+    let ray = Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX };
+    let depth = bvh.trace_closest(&ray).expect("the room is closed").t;
+    let position = ray.origin + direction * depth;
+    let axis = position.abs().max_position();
+    let mut normal = Vec3::ZERO;
+    normal[axis] = -position[axis].signum();
+    (position, normal, depth)
+}
+
+/// Passes unless more than one pixel in a hundred (on an edge between walls) is wrong.
+fn nearly_all(pixels: impl Iterator<Item = bool>) -> bool {
+    let found: Vec<bool> = pixels.collect();
+    found.iter().filter(|right| !**right).count() * 100 <= found.len()
+}
+
+fn near(a: Vec3, b: Vec3, tolerance: f32) -> bool {
+    (a - b).abs().max_element() <= tolerance
+}
+
+#[test]
+fn surfaces_are_those_of_the_scene() {
+    let test = common::gpu();
+    let scene = room();
+    let bvh = build_binary(&scene);
+    let size = settings(View::Albedo).size;
+    let expected: Vec<_> =
+        (0..(size.width * size.height) as usize).map(|i| surface(&bvh, &scene.cameras[0], size, i)).collect();
+
+    let albedo = see(&test, &scene, &settings(View::Albedo));
+    assert!(albedo.values.iter().all(|v| near(*v, ALBEDO, 1e-3)));
+    // 0.6, 0.4, 0.2 in sRGB.
+    assert!(albedo.picture.iter().all(|p| p.iter().zip([203, 170, 124]).all(|(a, b)| a.abs_diff(b) <= 1)));
+
+    let normal = see(&test, &scene, &settings(View::Normal));
+    assert!(nearly_all(normal.values.iter().zip(&expected).map(|(v, (_, n, _))| near(*v, *n, 1e-3))));
+    let coded = |v: &Vec3| v.to_array().map(|c| ((c * 0.5 + 0.5) * 255.0).round() as u8);
+    assert!(
+        normal.values.iter().zip(&normal.picture).all(|(v, p)| coded(v).iter().zip(p).all(|(a, b)| a.abs_diff(*b) < 2))
+    );
+
+    let depth = see(&test, &scene, &settings(View::Depth));
+    assert!(nearly_all(depth.values.iter().zip(&expected).map(|(v, (_, _, d))| near(*v, Vec3::splat(*d), 0.01 * d))));
+    // Near is bright, and the farthest pixel has the darkest colour.
+    let farthest = (0..depth.values.len()).max_by(|a, b| depth.values[*a].x.total_cmp(&depth.values[*b].x)).unwrap();
+    assert_eq!(depth.picture[farthest], [0x10; 3]);
+}
+
+#[test]
+fn where_there_is_no_surface_a_view_says_so() {
+    let test = common::gpu();
+    let mut scene = room();
+    // Out of the room, away from it.
+    scene.cameras[0].position_ws = Vec3::new(0.0, 0.0, -9.0);
+    let none = NO_VALUE.to_be_bytes();
+    for (view, value) in [
+        (View::Albedo, Vec3::ZERO),
+        (View::Normal, Vec3::ZERO),
+        (View::Depth, Vec3::ZERO),
+        (View::ShadowRatio, Vec3::ONE),
+        (View::SelectedLevel, Vec3::NEG_ONE),
+        (View::LevelWeights, Vec3::new(-1.0, -1.0, 0.0)),
+    ] {
+        let seen = see(&test, &scene, &settings(view));
+        assert!(seen.values.iter().all(|v| *v == value), "{view:?}: {}", seen.values[0]);
+        assert!(seen.picture.iter().all(|p| p.iter().zip(&none[1..]).all(|(a, b)| a.abs_diff(*b) < 2)), "{view:?}");
+    }
+}
+
+#[test]
+fn direct_and_indirect_light_make_the_picture() {
+    let test = common::gpu();
+    let scene = room();
+    for interleave in [1, 2, 4] {
+        let unshadowed = |view| Settings { interleave, shadow_samples: 0, ..settings(view) };
+        let [whole, direct, indirect] =
+            [View::Final, View::Direct, View::Indirect].map(|view| see(&test, &scene, &unshadowed(view)).values);
+        let sum = direct.iter().zip(&indirect).map(|(a, b)| *a + *b);
+        assert!(whole.iter().zip(sum).all(|(a, b)| near(*a, b, 1e-4 * a.max_element())), "interleave {interleave}");
+        assert!(indirect.iter().all(|v| v.min_element() > 0.0));
+    }
+    let technique = Technique::Direct;
+    let alone = see(&test, &scene, &Settings { technique, ..settings(View::Final) });
+    let view = see(&test, &scene, &Settings { technique, ..settings(View::Direct) });
+    assert_eq!((alone.values, alone.picture), (view.values, view.picture));
+}
+
+/// Modes in which the device updates reservoirs.
+fn reservoirs(gpu: &Gpu) -> &'static [Reservoir] {
+    let all = &[Reservoir::Race, Reservoir::Lock, Reservoir::Exact];
+    if gpu.features().int64_atomics { all } else { &all[..2] }
+}
+
+#[test]
+fn shadow_ratios_and_chosen_levels_are_in_range() {
+    let test = common::gpu();
+    let scene = room();
+    for reservoir in reservoirs(&test.gpu) {
+        for interleave in [1, 2, 4] {
+            let of = |view| Settings { reservoir: Some(*reservoir), interleave, ..settings(view) };
+            for view in [View::ShadowRatio, View::ShadowRatioFiltered] {
+                let seen = see(&test, &scene, &of(view));
+                let what = format!("{view:?} {reservoir:?} {interleave}");
+                assert!(seen.values.iter().all(|v| v.min_element() >= 0.0 && v.max_element() <= 1.001), "{what}");
+                // An empty convex room: only walls met edge-on hide anything.
+                let mean = seen.values.iter().map(|v| v.y).sum::<f32>() / seen.values.len() as f32;
+                assert!(mean > 0.9, "{what}: {mean}");
+            }
+            let seen = see(&test, &scene, &of(View::SelectedLevel));
+            let top = seen.renderer.shape().levels.top as f32;
+            let sound = |v: &Vec3| *v == Vec3::NEG_ONE || (2.0 <= v.y && v.y <= v.x && v.x <= v.z && v.z <= top);
+            assert!(seen.values.iter().all(sound), "{reservoir:?} {interleave}");
+            assert!(nearly_all(seen.values.iter().map(|v| v.x > 0.0)), "{reservoir:?} {interleave}");
+        }
+    }
+}
+
+#[test]
+fn the_ratio_turns_the_unshadowed_light_into_the_picture() {
+    let test = common::gpu();
+    if !test.gpu.features().int64_atomics {
+        eprintln!("skipped: no 64-bit atomics");
+        return;
+    }
+    let scene = room();
+    for (filter, view) in [(Filter::None, View::ShadowRatio), (Filter::Atrous, View::ShadowRatioFiltered)] {
+        let [whole, direct, indirect, ratio] = [View::Final, View::Direct, View::Indirect, view]
+            .map(|view| see(&test, &scene, &Settings { filter, ..settings(view) }).values);
+        for i in 0..whole.len() {
+            let expected = direct[i] + indirect[i] * ratio[i];
+            assert!(near(whole[i], expected, 1e-3 * whole[i].max_element()), "{view:?} {i}: {} {expected}", whole[i]);
+        }
+    }
+}
+
+#[test]
+fn overdraw_is_what_the_statistics_count() {
+    let test = common::gpu();
+    let scene = room();
+    for interleave in [1, 2, 4] {
+        let seen = see(&test, &scene, &Settings { interleave, ..settings(View::Overdraw) });
+        let settings = Settings { interleave, ..settings(View::Final) };
+        let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+        let whole = see(&test, &scene, &settings);
+        let counts = statistics::count(&test.gpu, &uploaded, &scene.cameras[0], &settings, &whole.renderer).unwrap();
+        let sum: f64 = seen.values.iter().map(|v| f64::from(v.x)).sum();
+        let most = seen.values.iter().fold(0.0, |most: f32, v| most.max(v.x));
+        let mean = sum / seen.values.len() as f64;
+        assert!((mean - counts.overdraw_mean).abs() < 1e-6, "{mean} {}", counts.overdraw_mean);
+        assert_eq!(most as u32, counts.overdraw_max);
+        assert!(mean > 1.0);
+    }
+}
+
+/// The lights of every sub-image with the grid they belong to.
+fn merged_lights(renderer: &Renderer) -> (Vec<Vec<GridLight>>, Grid) {
+    let hierarchy = renderer.outputs().hierarchy.unwrap();
+    let read = |buffer| renderer.executor().read_buffer(buffer).unwrap();
+    let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.tiles));
+    let lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
+    let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
+    let shape = renderer.shape();
+    let of_tile = |tile: &[u32]| {
+        lights[tile[shape.first_level as usize] as usize..tile[shape.levels.top as usize + 1] as usize].to_vec()
+    };
+    let all = tiles.chunks_exact(MAX_LEVEL as usize + 2).map(of_tile).collect();
+    (all, Grid { placement: placement[0], levels: shape.levels })
+}
+
+/// Number of lights that contribute, and the luminance of each level's lighting.
+fn sum(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid, at: (Vec3, Vec3)) -> (f32, Vec<f32>) {
+    let clamp_squared = (settings.clamp * scene.bounds.radius()).powi(2);
+    let (mut count, mut levels) = (0.0, vec![0.0; MAX_LEVEL as usize + 1]);
+    for light in lights {
+        let offset = Vec3::from(light.position_ws) - at.0;
+        let radius = settings.alpha * grid.cell_size(light.level);
+        let weight = blend_weight(offset.length(), radius, light.level, settings.first_level, grid.levels.top);
+        let response = weight * light_response(offset, offset.length(), at.1, Vec3::from(light.lobe), clamp_squared);
+        if response > 0.0 {
+            count += 1.0;
+            levels[light.level as usize] += response * luminance(Vec3::from(light.flux));
+        }
+    }
+    (count, levels)
+}
+
+/// Calls `check` with the pixel's value and picture and with the sums on the CPU; most pixels must pass.
+fn against_sums(settings: &Settings, check: impl Fn(Vec3, [u8; 3], f32, &[f32]) -> bool) -> bool {
+    let test = common::gpu();
+    let scene = room();
+    let bvh = build_binary(&scene);
+    let seen = see(&test, &scene, settings);
+    let (lights, grid) = merged_lights(&seen.renderer);
+    let n = settings.interleave as usize;
+    nearly_all((0..seen.values.len()).map(|i| {
+        let [x, y] = [i % settings.size.width as usize, i / settings.size.width as usize];
+        let (position, normal, _) = surface(&bvh, &scene.cameras[0], settings.size, i);
+        let (count, levels) = sum(settings, &scene, &lights[y % n * n + x % n], &grid, (position, normal));
+        check(seen.values[i], seen.picture[i], count, &levels)
+    }))
+}
+
+#[test]
+fn the_lights_that_contribute_are_counted() {
+    for (interleave, first_level, alpha) in [(1, 1, 1.0), (1, 0, 0.5), (2, 1, 2.0), (4, 0, 1.0)] {
+        let settings = Settings { interleave, first_level, alpha, ..settings(View::LightCount) };
+        // A light on a wall's own plane, or at the end of its reach, may be lost to rounding.
+        let right =
+            |v: Vec3, _: [u8; 3], count: f32, _: &[f32]| (v.x - count).abs() <= 1.0 + 0.02 * count && v.x == v.z;
+        assert!(against_sums(&settings, right), "{interleave} {first_level} {alpha}");
+        let shifted = |v: Vec3, p: [u8; 3], count: f32, l: &[f32]| right(v, p, 1.1 * count + 3.0, l);
+        assert!(!against_sums(&settings, shifted), "a wrong count is noticed");
+    }
+}
+
+#[test]
+fn the_levels_share_the_lighting() {
+    for (interleave, first_level) in [(1, 1), (1, 0), (2, 1), (4, 0)] {
+        let settings = Settings { interleave, first_level, ..settings(View::LevelWeights) };
+        let right = |v: Vec3, picture: [u8; 3], _: f32, levels: &[f32]| {
+            let total: f32 = levels.iter().sum();
+            let mean = levels.iter().enumerate().map(|(l, s)| l as f32 * s).sum::<f32>() / total;
+            let largest = levels.iter().fold(0.0, |most: f32, s| most.max(*s)) / total;
+            let dominant = levels[v.y.max(0.0) as usize] / total;
+            near(Vec3::new(v.x, dominant, v.z), Vec3::new(mean, largest, largest), 0.02) && mixes(picture, levels)
+        };
+        assert!(against_sums(&settings, right), "{interleave} {first_level}");
+    }
+}
+
+/// Whether a colour is that of the levels mixed by their shares, which therefore sum to 1.
+fn mixes(picture: [u8; 3], levels: &[f32]) -> bool {
+    let decode = |v: u8| (f32::from(v) / 255.0 + 0.055).max(0.0) / 1.055;
+    let linear = |[r, g, b]: [u8; 3]| Vec3::new(decode(r), decode(g), decode(b)).powf(2.4);
+    let total: f32 = levels.iter().sum();
+    let mixed: Vec3 = levels
+        .iter()
+        .zip(LEVEL_COLORS)
+        .map(|(share, color)| {
+            let [_, r, g, b] = color.to_be_bytes();
+            linear([r, g, b]) * (*share / total)
+        })
+        .sum();
+    near(linear(picture), mixed, 0.03)
+}
+
+#[test]
+fn points_are_where_the_lights_are_and_hidden_ones_are_not() {
+    let test = common::gpu();
+    let scene = room();
+    let bright = see(&test, &scene, &Settings { vpls: 60, ..settings(View::Vpls) });
+    let covered = bright.values.iter().filter(|v| v.max_element() > 0.0).count();
+    // Sixty discs of two pixels, about a third of them in front of the camera.
+    assert!((10..400).contains(&covered), "{covered}");
+    // Only flux and nothing: each coloured pixel has the hue of light that has met no wall or some.
+    for v in bright.values.iter().filter(|v| v.max_element() > 0.0) {
+        assert!(v.x > v.y && v.y > v.z, "{v}");
+    }
+    // The wall of a smaller room stands before the lights of none.
+    let mut outside = room();
+    outside.cameras[0].position_ws = Vec3::new(0.0, 0.0, -9.0);
+    let none = see(&test, &outside, &settings(View::Vpls));
+    assert!(none.values.iter().all(|v| *v == Vec3::ZERO));
+    // From behind, through a wall that is drawn from both sides: what lies on its far side is hidden.
+    outside.cameras[0].forward_ws = Vec3::Z;
+    outside.cameras[0].right_ws = Vec3::NEG_X;
+    outside.cameras[0].up_ws = Vec3::Y;
+    let behind = see(&test, &outside, &Settings { vpls: 20_000, ..settings(View::Vpls) });
+    let depth = see(&test, &outside, &settings(View::Depth));
+    let wall = depth.values.iter().filter(|v| v.x > 0.0).count();
+    let dots = behind.values.iter().filter(|v| v.max_element() > 0.0).count();
+    assert!(wall > 0 && dots > wall / 2, "lights lie on the nearest wall: {dots} of {wall}");
+}
+
+#[test]
+fn the_program_writes_every_view_and_refuses_what_is_not_there() {
+    use clap::ValueEnum;
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--headless", "--validation", "--size", "160x90", "--vpls", "500", "--quiet"];
+    for view in View::value_variants() {
+        let name = view.to_possible_value().unwrap().get_name().to_owned();
+        for extension in ["png", "exr"] {
+            let path = folder.path().join(format!("{name}.{extension}"));
+            let output = path.to_str().unwrap();
+            support::succeed(&[&options[..], &["--view", &name, "--output", output]].concat());
+            if extension == "png" {
+                assert_eq!(read_png(&path).map(|(w, h, rgb)| (w, h, rgb.len())).unwrap(), (160, 90, 3 * 160 * 90));
+            } else {
+                assert!(read_exr(&path).unwrap().2.iter().all(|v| v.is_finite()), "{name}");
+            }
+        }
+    }
+    for (arguments, words) in [
+        ("--technique direct --view overdraw", ["direct", "overdraw"]),
+        ("--shadow-samples 0 --view shadow-ratio", ["shadow-samples 0", "shadow-ratio"]),
+        ("--filter none --view shadow-ratio-filtered", ["filter none", "shadow-ratio-filtered"]),
+        ("--technique path-trace --view vpls", ["path-trace", "vpls"]),
+    ] {
+        let mut command = support::program();
+        command.args(options).args(arguments.split(' ')).arg("--output").arg(folder.path().join("no.png"));
+        let run = support::run(command);
+        assert_eq!((run.code, run.stderr.lines().count()), (Some(2), 1), "{}", run.stderr);
+        assert!(words.iter().all(|word| run.stderr.contains(word)), "{}", run.stderr);
+        assert!(!folder.path().join("no.png").exists());
+    }
+}

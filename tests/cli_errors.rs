@@ -285,8 +285,8 @@ fn settings_files() {
         command.arg("--settings").arg(path);
         command
     };
-    place.check(2, &["a.toml", "line 2", "samples"], with("a.toml", "seed = 1\nsamples = 4\n"));
-    place.check(2, &["a.json", "samples"], with("a.json", r#"{"samples": 4}"#));
+    place.check(2, &["a.toml", "line 2", "sampels"], with("a.toml", "seed = 1\nsampels = 4\n"));
+    place.check(2, &["a.json", "sampels"], with("a.json", r#"{"sampels": 4}"#));
     place.check(2, &["a.toml", "line 1"], with("a.toml", "seed = \"one\"\n"));
     place.check(1, &["a.toml", "not a TOML file"], with("a.toml", "seed = = 1\n"));
     place.check(1, &["a.json", "not a JSON file"], with("a.json", "{"));

@@ -1,5 +1,6 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
+pub mod compare;
 pub mod diff_dumps;
 mod frames;
 pub mod headless;
@@ -36,6 +37,7 @@ fn execute(command: Command) -> Result<()> {
             say(&text);
             Ok(())
         }
+        Command::Compare(args) => compare::compare(&args),
         Command::DiffDumps(args) => diff_dumps::diff(&args),
         Command::ListGpus { verbosity } => {
             start_log(verbosity);

@@ -1,16 +1,181 @@
 //! The commands beside rendering, and their options.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ArgAction;
 
+use crate::compare::ImageLimits;
+use crate::report::FileKind;
+use crate::settings::Exposure;
 use crate::{Error, Result};
+
+const COMPARE_HELP: &str = "Both files are of one kind. EXR pictures are linear radiance, shown with one exposure, \
+    Reinhard's tone mapping and sRGB for PSNR, SSIM and FLIP. PNG pictures are taken as they are shown, and decoded from \
+    sRGB for the other measures.";
 
 /// The commands beside rendering.
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Subcommand {
+    /// Compare a picture or a timings file with a reference
+    #[command(after_help = COMPARE_HELP)]
+    Compare(CompareArgs),
     /// Compare two dumps pass by pass and name the first pass that differs (exit 3 when one does)
     DiffDumps(DiffDumpsArgs),
+}
+
+/// The files to compare, and what to do with what is found.
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
+#[command(next_help_heading = "Compare")]
+pub struct CompareArgs {
+    /// The reference: .exr, .png, or .json of --timings
+    pub reference: PathBuf,
+    /// What is compared with it, of the same kind
+    pub test: PathBuf,
+    /// Write everything found as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub json: Option<PathBuf>,
+    /// Print no table
+    #[arg(long)]
+    pub quiet: bool,
+    /// Print this help
+    #[arg(short, long, action = ArgAction::Help)]
+    pub help: Option<bool>,
+
+    /// Factor on the radiance of both EXR pictures before tone mapping, above 0, or `auto`: 0.18 over the
+    /// log-average of the reference's pixels that are not black [default: auto]
+    #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true, help_heading = "Pictures")]
+    pub exposure: Option<Exposure>,
+    /// Direct light of the reference alone: measures indirect light where no direct light arrives
+    #[arg(long, value_name = "FILE.exr", help_heading = "Pictures")]
+    pub direct: Option<PathBuf>,
+    /// Write where FLIP sees differences, in false colours with a scale bar
+    #[arg(long, value_name = "FILE.png", help_heading = "Pictures")]
+    pub heatmap: Option<PathBuf>,
+    /// Fail (exit 3) when the mean FLIP error, 0 to 1, is larger
+    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Pictures")]
+    pub max_flip: Option<f64>,
+    /// Fail (exit 3) when the relative mean squared error is larger
+    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Pictures")]
+    pub max_relmse: Option<f64>,
+    /// Fail (exit 3) when the energy ratio is further from 1
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true, help_heading = "Pictures")]
+    pub energy_within: Option<f64>,
+
+    /// Fail (exit 3) when the frame, or a pass of at least 5 % of it, is slower by more
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true, help_heading = "Timings")]
+    pub max_regression: Option<f64>,
+}
+
+/// What two files are compared as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CompareKind {
+    /// Linear radiance.
+    Exr,
+    /// Display-ready pictures.
+    Png,
+    /// Timings files.
+    Timings,
+}
+
+impl CompareKind {
+    fn of(path: &Path) -> Result<Self> {
+        match FileKind::of(path) {
+            Some(FileKind::Exr) => Ok(Self::Exr),
+            Some(FileKind::Png) => Ok(Self::Png),
+            Some(FileKind::Json) => Ok(Self::Timings),
+            _ => {
+                Err(Error::Usage(format!("{} cannot be compared: it must end in .exr, .png or .json", path.display())))
+            }
+        }
+    }
+}
+
+impl CompareArgs {
+    /// What the files are, by their names.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when they are of different kinds or of one that cannot be compared.
+    pub fn kind(&self) -> Result<CompareKind> {
+        let kind = CompareKind::of(&self.reference)?;
+        if CompareKind::of(&self.test)? != kind {
+            let (reference, test) = (self.reference.display(), self.test.display());
+            return Err(Error::Usage(format!("{reference} and {test} are of different kinds and cannot be compared")));
+        }
+        Ok(kind)
+    }
+
+    /// The limits on pictures.
+    #[must_use]
+    pub fn image_limits(&self) -> ImageLimits {
+        ImageLimits { max_flip: self.max_flip, max_relmse: self.max_relmse, energy_within_percent: self.energy_within }
+    }
+
+    /// Everything that can be found wrong without reading the files.
+    pub(super) fn check(&self) -> Result<()> {
+        let kind = self.kind()?;
+        self.check_that_options_apply(kind)?;
+        let limits = [
+            ("--max-flip", self.max_flip),
+            ("--max-relmse", self.max_relmse),
+            ("--energy-within", self.energy_within),
+            ("--max-regression", self.max_regression),
+        ];
+        for (option, value) in limits {
+            if let Some(value) = value.filter(|value| !value.is_finite() || *value < 0.0) {
+                return Err(Error::Usage(format!("{option} must be a finite number of at least 0, not {value}")));
+            }
+        }
+        if let Some(Exposure::Fixed(factor)) = self.exposure
+            && (!factor.is_finite() || factor <= 0.0)
+        {
+            return Err(Error::Usage(format!("--exposure must be a finite number above 0, not {factor}")));
+        }
+        check_extension("--heatmap", self.heatmap.as_deref(), FileKind::Png)?;
+        check_extension("--json", self.json.as_deref(), FileKind::Json)?;
+        check_extension("--direct", self.direct.as_deref(), FileKind::Exr)?;
+        self.check_that_inputs_stay()
+    }
+
+    fn check_that_options_apply(&self, kind: CompareKind) -> Result<()> {
+        let (exr, pictures, timings) =
+            (kind == CompareKind::Exr, kind != CompareKind::Timings, kind == CompareKind::Timings);
+        let options = [
+            ("--exposure", self.exposure.is_some(), exr, "EXR pictures"),
+            ("--direct", self.direct.is_some(), exr, "EXR pictures"),
+            ("--heatmap", self.heatmap.is_some(), pictures, "pictures"),
+            ("--max-flip", self.max_flip.is_some(), pictures, "pictures"),
+            ("--max-relmse", self.max_relmse.is_some(), pictures, "pictures"),
+            ("--energy-within", self.energy_within.is_some(), pictures, "pictures"),
+            ("--max-regression", self.max_regression.is_some(), timings, "timings files"),
+        ];
+        match options.into_iter().find(|(_, given, applies, _)| *given && !applies) {
+            None => Ok(()),
+            Some((option, _, _, wanted)) => {
+                let reference = self.reference.display();
+                Err(Error::Usage(format!("{option} applies to {wanted} only, and {reference} is none")))
+            }
+        }
+    }
+
+    fn check_that_inputs_stay(&self) -> Result<()> {
+        let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let inputs = [Some(&self.reference), Some(&self.test), self.direct.as_ref()];
+        for (option, output) in [("--heatmap", &self.heatmap), ("--json", &self.json)] {
+            let Some(output) = output else { continue };
+            if inputs.iter().flatten().any(|input| real(input) == real(output)) {
+                let output = output.display();
+                return Err(Error::Usage(format!("{option} {output} would overwrite what is compared")));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_extension(option: &str, path: Option<&Path>, wanted: FileKind) -> Result<()> {
+    match path.filter(|path| FileKind::of(path) != Some(wanted)) {
+        None => Ok(()),
+        Some(path) => Err(Error::Usage(format!("{option} {} must end in .{}", path.display(), wanted.extension()))),
+    }
 }
 
 /// Two dumps to compare.

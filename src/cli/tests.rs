@@ -222,6 +222,71 @@ fn help_states_the_defaults() {
     }
 }
 
+fn compare(args: &[&str]) -> CompareArgs {
+    match command(&[&["compare"], args].concat()) {
+        Ok(Command::Compare(args)) => *args,
+        other => panic!("{args:?}: expected to compare, got {other:?}"),
+    }
+}
+
+#[test]
+fn every_option_of_a_comparison_arrives() {
+    let line = "a.exr b.EXR --exposure 30 --direct d.exr --max-flip 0.05 --max-relmse 0 --energy-within 1.5 \
+        --heatmap h.png --json o.json --quiet";
+    let expected = CompareArgs {
+        reference: "a.exr".into(),
+        test: "b.EXR".into(),
+        exposure: Some(Exposure::Fixed(30.0)),
+        direct: Some("d.exr".into()),
+        max_flip: Some(0.05),
+        max_relmse: Some(0.0),
+        energy_within: Some(1.5),
+        heatmap: Some("h.png".into()),
+        json: Some("o.json".into()),
+        quiet: true,
+        ..CompareArgs::default()
+    };
+    assert_eq!(compare(&line.split_whitespace().collect::<Vec<_>>()), expected);
+    assert_eq!(compare(&["a.json", "b.json", "--max-regression", "10"]).max_regression, Some(10.0));
+    assert_eq!(compare(&["a.png", "b.png"]).kind().unwrap(), CompareKind::Png);
+    assert_eq!(settings(&["./compare"]).scene, Some("./compare".into()));
+    for option in "--exposure --direct --max-flip --max-relmse --energy-within --max-regression --help".split(' ') {
+        assert!(shown(&["compare", "--help"]).contains(option), "{option}");
+    }
+}
+
+#[test]
+fn mistakes_in_comparisons_get_one_sentence() {
+    let cases = [
+        ("a.exr", "required arguments were not provided: <TEST>"),
+        ("a.exr b.json", "a.exr and b.json are of different kinds and cannot be compared"),
+        ("a.exr b.png", "a.exr and b.png are of different kinds and cannot be compared"),
+        ("a.csv b.csv", "a.csv cannot be compared: it must end in .exr, .png or .json"),
+        ("a.png b.png --exposure 2", "--exposure applies to EXR pictures only, and a.png is none"),
+        ("a.png b.png --direct d.exr", "--direct applies to EXR pictures only, and a.png is none"),
+        ("a.json b.json --max-flip 1", "--max-flip applies to pictures only, and a.json is none"),
+        ("a.json b.json --heatmap a.png", "--heatmap applies to pictures only, and a.json is none"),
+        ("a.exr b.exr --max-regression 5", "--max-regression applies to timings files only, and a.exr is none"),
+        ("a.exr b.exr --max-flip nan", "--max-flip must be a finite number of at least 0, not NaN"),
+        ("a.exr b.exr --max-relmse -1", "--max-relmse must be a finite number of at least 0, not -1"),
+        ("a.json b.json --max-regression inf", "--max-regression must be a finite number of at least 0, not inf"),
+        ("a.exr b.exr --exposure 0", "--exposure must be a finite number above 0, not 0"),
+        ("a.exr b.exr --exposure bright", "`bright` is not `auto` or a number"),
+        ("a.exr b.exr --heatmap h.exr", "--heatmap h.exr must end in .png"),
+        ("a.exr b.exr --json o.txt", "--json o.txt must end in .json"),
+        ("a.exr b.exr --direct d.png", "--direct d.png must end in .exr"),
+        ("a.png b.png --heatmap b.png", "--heatmap b.png would overwrite what is compared"),
+        ("a.exr b.exr --vpls 3", "unexpected argument '--vpls' found"),
+        ("a.exr b.exr c.exr", "unexpected argument 'c.exr' found"),
+    ];
+    for (line, part) in cases {
+        let sentence = complaint(&[vec!["compare"], line.split(' ').collect()].concat());
+        assert!(sentence.contains(part), "{line}: {sentence}");
+    }
+    let sentence = complaint(&["--headless", "compare", "a.exr", "b.exr"]);
+    assert!(sentence.contains("'a.exr' found") && sentence.contains("a command comes before"), "{sentence}");
+}
+
 #[test]
 fn dumps_are_compared() {
     let diff = |args: &[&str]| match command(&[&["diff-dumps"], args].concat()) {

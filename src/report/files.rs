@@ -20,10 +20,14 @@ pub enum FileKind {
     Json,
     /// Timings of every frame.
     Csv,
+    /// A report to look at.
+    Html,
+    /// A report as text.
+    Markdown,
 }
 
 impl FileKind {
-    const ALL: [Self; 4] = [Self::Exr, Self::Png, Self::Json, Self::Csv];
+    const ALL: [Self; 6] = [Self::Exr, Self::Png, Self::Json, Self::Csv, Self::Html, Self::Markdown];
 
     /// The format that the extension of `path` names, in any case.
     #[must_use]
@@ -40,6 +44,8 @@ impl FileKind {
             Self::Png => "png",
             Self::Json => "json",
             Self::Csv => "csv",
+            Self::Html => "html",
+            Self::Markdown => "md",
         }
     }
 }
@@ -60,8 +66,9 @@ impl OutputFile {
     /// # Errors
     /// [`Error::Usage`] for the extension, [`Error::File`] for the rest.
     pub fn create(path: &Path) -> Result<Self> {
-        let kind = FileKind::of(path)
-            .ok_or_else(|| Error::Usage(format!("{} must end in .exr, .png, .json or .csv", path.display())))?;
+        let kind = FileKind::of(path).ok_or_else(|| {
+            Error::Usage(format!("{} must end in .exr, .png, .json, .csv, .html or .md", path.display()))
+        })?;
         // A link is followed, so that the rename replaces what it points to.
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if let Ok(existing) = fs::metadata(&target) {

@@ -1,6 +1,7 @@
 //! What a run leaves behind: pictures, timings and the table on stdout.
 
 pub mod dump;
+pub mod error_report;
 pub mod files;
 pub mod image_files;
 pub mod machine;
@@ -9,6 +10,22 @@ pub mod stats;
 pub mod table;
 pub mod timings;
 
+use serde::Serialize;
+
+use crate::{Error, Result};
+
+pub use error_report::ErrorReport;
 pub use files::{FileKind, OutputFile};
 pub use stats::Stats;
 pub use timings::{FrameTimes, RunReport};
+
+/// A report as an indented JSON document with a line break at its end.
+///
+/// # Errors
+/// [`Error::Failure`] when a value cannot be expressed.
+pub fn to_json(report: &impl Serialize) -> Result<Vec<u8>> {
+    let mut text = serde_json::to_vec_pretty(report)
+        .map_err(|error| Error::Failure(format!("cannot express the report as JSON: {error}")))?;
+    text.push(b'\n');
+    Ok(text)
+}

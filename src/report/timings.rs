@@ -215,10 +215,7 @@ impl RunReport {
     /// # Errors
     /// [`Error::Failure`] when a value cannot be expressed.
     pub fn to_json(&self) -> Result<Vec<u8>> {
-        let mut text = serde_json::to_vec_pretty(self)
-            .map_err(|error| Error::Failure(format!("cannot express the timings as JSON: {error}")))?;
-        text.push(b'\n');
-        Ok(text)
+        super::to_json(self)
     }
 }
 
@@ -239,7 +236,7 @@ pub fn to_csv(frames: &[FrameTimes]) -> Result<Vec<u8>> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
 
     pub fn two_frames() -> Vec<FrameTimes> {

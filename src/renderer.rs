@@ -10,7 +10,9 @@ use crate::cpu::choose_levels::{LevelChoice, choose_levels};
 use crate::cpu::random::{hash, r2_sequence};
 use crate::error::{Error, Result};
 use crate::frame::{self, FrameOutputs};
-use crate::gpu::{Executor, FrameTicket, FrameTimes, Gpu, OnStep, SceneData, SceneSet, SteppedFrame};
+use crate::gpu::{
+    Executor, FrameTicket, FrameTimes, Gpu, OnStep, SceneBytes, SceneData, SceneSet, SteppedFrame, Written,
+};
 use crate::light_grid::Levels;
 use crate::passes::FrameShape;
 use crate::passes::light_volumes::reservoir_bytes;
@@ -64,6 +66,20 @@ impl UploadedScene {
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
         Ok(Self { set, bounds: scene.bounds, first_point_light, light_count: lights.len() as u32 })
+    }
+
+    /// Triangles, materials and lights as shaders read them; waits.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<SceneBytes> {
+        self.set.read_back(gpu)
+    }
+
+    /// Punctual lights of the scene.
+    #[must_use]
+    pub fn light_count(&self) -> u32 {
+        self.light_count
     }
 
     /// Lights that the direct pass shades: all that are not in the hierarchy.
@@ -157,6 +173,20 @@ impl Renderer {
     /// When the device is lost.
     pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
         self.executor.wait(ticket)
+    }
+
+    /// Runs one more frame, pass by pass, and gives `visit` every pass's index with what it wrote.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory, and those of `visit`.
+    pub fn run_and_read(&self, visit: impl FnMut(usize, Vec<Written>) -> Result<()>) -> Result<()> {
+        self.executor.run_and_read(bytemuck::bytes_of(&self.data), visit)
+    }
+
+    /// The constants of the last frame.
+    #[must_use]
+    pub fn frame_data(&self) -> &FrameData {
+        &self.data
     }
 
     /// Names of the passes in order.
@@ -288,7 +318,8 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         build: settings.build,
         filter: settings.filter,
         lighting_format,
-        count_overdraw: false,
+        // A dump shows the fragments of every pixel.
+        count_overdraw: settings.dump.is_some(),
         view: settings.view,
     };
     let limit = gpu.report().limits.image_edge_px;

@@ -45,8 +45,17 @@ has_validation() {
     any_file 'VkLayer_khronos_validation*.json' "${vulkan_folders[@]}"
 }
 
+# Whether a Python with NumPy is where the tests look for one.
+has_numpy() {
+    local python
+    for python in python3 /usr/bin/python3; do
+        "$python" -c 'import numpy' >/dev/null 2>&1 && return 0
+    done
+    return 1
+}
+
 # Makes sure of a C linker, a Vulkan loader and a Vulkan driver; with the argument "tests", of the
-# validation layers too.
+# validation layers and of Python's NumPy too.
 ensure_system() {
     local -a apt=() dnf=() pacman=()
     has_linker || { apt+=(gcc libc6-dev); dnf+=(gcc); pacman+=(gcc); }
@@ -56,6 +65,11 @@ ensure_system() {
         apt+=(vulkan-validationlayers)
         dnf+=(vulkan-validation-layers)
         pacman+=(vulkan-validation-layers)
+    fi
+    if [[ ${1:-} == tests ]] && ! has_numpy; then
+        apt+=(python3-numpy)
+        dnf+=(python3-numpy)
+        pacman+=(python-numpy)
     fi
     ((${#apt[@]} == 0)) && return 0
 

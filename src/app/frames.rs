@@ -25,7 +25,9 @@ pub struct Frames {
 pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progress) -> Result<Frames> {
     let names = renderer.pass_names();
     let warmup = u64::from(settings.warmup);
-    let measured = u64::from(settings.frames.max(settings.accumulate));
+    // The last frame of a mean is left to the dump, which runs it in its own way.
+    let dumped = u64::from(settings.dump.is_some() && settings.accumulate > 1);
+    let measured = u64::from(settings.frames.max(settings.accumulate)) - dumped;
     let bar = progress.bar("frames", SUBDIVISION * (warmup + measured));
     let mut times = Vec::new();
     let mut interrupted = None;

@@ -10,6 +10,8 @@ use crate::gpu::{Gpu, GpuOptions};
 use crate::graph::to_dot;
 use crate::progress::{Bar, Progress};
 use crate::renderer::{Renderer, UploadedScene};
+use crate::report::dump;
+use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::files::Outputs;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
@@ -28,6 +30,7 @@ const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
 /// Whatever stands in the way; the outputs are then as they were.
 pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()> {
     let outputs = Outputs::prepare(settings)?;
+    let dump = settings.dump.as_deref().map(DumpTarget::prepare).transpose()?;
     interrupt::listen()?;
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
@@ -36,10 +39,21 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
+    let mut frame_count = frames.len();
+    let dump = match dump {
+        Some(target) if interrupted.is_none() => {
+            if settings.accumulate > 1 {
+                renderer.set_accumulated_frame(frame_count as u32);
+                frame_count += 1;
+            }
+            Some(write_dump(target, settings, &gpu, (&scene, &uploaded, camera), &renderer)?)
+        }
+        _ => None,
+    };
     let printed = (!quiet).then(|| table(&times));
     let picture = match outputs.picture {
         None => None,
-        Some(file) => Some((file, renderer.read_picture(note(settings, frames.len(), interrupted.as_deref()))?)),
+        Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
     };
     let timings = match outputs.timings {
         None => None,
@@ -60,6 +74,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     if let Some((file, bytes)) = timings {
         file.commit(&bytes)?;
     }
+    dump.map_or(Ok(()), DumpFolder::commit)?;
     if let Some(text) = printed {
         super::say(&text);
     }
@@ -136,6 +151,22 @@ fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera>
     })
 }
 
+/// Renders a frame into a dump that has no name yet: the last of a mean, else one more like the last. Pictures are of
+/// that frame too.
+fn write_dump(
+    target: DumpTarget,
+    settings: &Settings,
+    gpu: &Arc<Gpu>,
+    (scene, uploaded, camera): (&Scene, &UploadedScene, &Camera),
+    renderer: &Renderer,
+) -> Result<DumpFolder> {
+    let mut folder = target.begin()?;
+    let settings = &settings_as_used(settings, renderer);
+    let scene_info = &scene_info(settings, scene, camera);
+    dump::write(&mut folder, &dump::Sources { gpu, scene, uploaded, renderer, settings, scene_info })?;
+    Ok(folder)
+}
+
 fn report(
     settings: &Settings,
     gpu: &Gpu,
@@ -145,29 +176,13 @@ fn report(
     times: RunTimes,
     counts: crate::report::timings::Counts,
 ) -> RunReport {
-    let device = gpu.report();
-    let mut settings = settings.clone();
-    // What `None` stood for.
-    settings.reservoir = Some(renderer.shape().reservoir);
+    let settings = settings_as_used(settings, renderer);
     RunReport {
         schema: SCHEMA,
         program: Program::this(),
-        device: Device {
-            name: device.name.clone(),
-            driver: device.driver.clone(),
-            api_version: device.api_version.clone(),
-            vendor_id: device.vendor_id,
-            device_id: device.device_id,
-            driver_version: device.driver_version,
-        },
+        device: Device::of(gpu.report()),
         machine: Machine::here(),
-        scene: SceneInfo {
-            name: scene.name.clone(),
-            path: settings.scene.as_ref().map(|p| p.display().to_string()),
-            triangles: scene.indices.len() as u64 / 3,
-            cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
-            camera: camera.name.clone(),
-        },
+        scene: scene_info(&settings, scene, camera),
         frames: settings.frames,
         interrupted: None,
         warmup: settings.warmup,
@@ -175,5 +190,20 @@ fn report(
         times,
         memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
         counts,
+    }
+}
+
+/// The settings with what `None` stood for.
+fn settings_as_used(settings: &Settings, renderer: &Renderer) -> Settings {
+    Settings { reservoir: Some(renderer.shape().reservoir), ..settings.clone() }
+}
+
+fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
+    SceneInfo {
+        name: scene.name.clone(),
+        path: settings.scene.as_ref().map(|p| p.display().to_string()),
+        triangles: scene.indices.len() as u64 / 3,
+        cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
+        camera: camera.name.clone(),
     }
 }

@@ -1,6 +1,7 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
 pub mod compare;
+pub mod diff_dumps;
 mod frames;
 pub mod headless;
 pub mod list_gpus;
@@ -37,6 +38,7 @@ fn execute(command: Command) -> Result<()> {
             Ok(())
         }
         Command::Compare(args) => compare::compare(&args),
+        Command::DiffDumps(args) => diff_dumps::diff(&args),
         Command::ListGpus { verbosity } => {
             start_log(verbosity);
             list_gpus::list()

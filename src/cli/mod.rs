@@ -11,7 +11,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use crate::settings::Settings;
 use crate::{Error, Result};
 use commands::Subcommand;
-pub use commands::{CompareArgs, CompareKind};
+pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs};
 use options::{DeviceArgs, DiagnosticsArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs, ShadowArgs};
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
@@ -44,6 +44,8 @@ pub enum Command {
     },
     /// Compare two files.
     Compare(Box<CompareArgs>),
+    /// Compare two dumps.
+    DiffDumps(DiffDumpsArgs),
     /// Print this text (help or version) on stdout.
     Show(String),
 }
@@ -93,9 +95,16 @@ where
 
 impl Args {
     fn into_command(self) -> Result<Command> {
-        if let Some(Subcommand::Compare(compare)) = self.subcommand {
-            compare.check()?;
-            return Ok(Command::Compare(Box::new(compare)));
+        match self.subcommand {
+            Some(Subcommand::Compare(compare)) => {
+                compare.check()?;
+                return Ok(Command::Compare(Box::new(compare)));
+            }
+            Some(Subcommand::DiffDumps(dumps)) => {
+                dumps.check()?;
+                return Ok(Command::DiffDumps(dumps));
+            }
+            None => {}
         }
         let verbosity = Verbosity { verbose: self.diagnostics.verbose, quiet: self.diagnostics.quiet };
         if self.device.list_gpus {

@@ -288,6 +288,22 @@ fn mistakes_in_comparisons_get_one_sentence() {
 }
 
 #[test]
+fn dumps_are_compared() {
+    let diff = |args: &[&str]| match command(&[&["diff-dumps"], args].concat()) {
+        Ok(Command::DiffDumps(args)) => args,
+        other => panic!("{args:?}: expected to compare dumps, got {other:?}"),
+    };
+    let plain = DiffDumpsArgs { a: "a".into(), b: "b".into(), ..DiffDumpsArgs::default() };
+    assert_eq!(diff(&["a", "b"]), plain);
+    let loose = DiffDumpsArgs { tolerance: 1e-4, ignore_settings: true, ..plain };
+    assert_eq!(diff(&["a", "b", "--tolerance", "1e-4", "--ignore-settings"]), loose);
+    for bad in ["-1", "nan", "inf"] {
+        assert!(complaint(&["diff-dumps", "a", "b", "--tolerance", bad]).starts_with("tolerance must be a finite"));
+    }
+    assert!(complaint(&["diff-dumps", "a"]).contains("<B>"));
+}
+
+#[test]
 fn version_names_program_and_commit() {
     let text = shown(&["--version"]);
     assert!(text.starts_with(concat!("gridlight ", env!("CARGO_PKG_VERSION"), " (")), "{text}");

@@ -224,7 +224,7 @@ impl Executor {
         self.explain(slot, value, check("vkWaitSemaphores", result))
     }
 
-    fn explain<T>(&self, slot: usize, value: u64, result: Result<T>) -> Result<T> {
+    pub(super) fn explain<T>(&self, slot: usize, value: u64, result: Result<T>) -> Result<T> {
         let names: Vec<&str> = self.graph.passes().iter().map(|p| p.name.as_str()).collect();
         self.slots[slot].markers.explain(result, &names, value as u32)
     }
@@ -253,24 +253,31 @@ impl Executor {
 
     /// Submits and waits for one pass after the other; the milliseconds of each from submission to completion.
     fn run_split(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<Vec<f64>> {
+        let run = |index| {
+            self.submit_and_wait(slot, |commands| {
+                self.slots[slot].markers.reach(commands, index, stamp);
+                recorder::record_pass(self, commands, index, frame_data);
+            })
+        };
+        (0..self.passes.len()).map(run).collect()
+    }
+
+    /// Submits what `record` puts into the slot's command buffer and waits; milliseconds from submission to completion.
+    pub(super) fn submit_and_wait(&self, slot: usize, record: impl FnOnce(vk::CommandBuffer)) -> Result<f64> {
         let device = &self.gpu.device;
         let commands = self.slots[slot].commands;
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
         let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-        let run = |index| {
-            self.begin_commands(commands)?;
-            self.slots[slot].markers.reach(commands, index, stamp);
-            recorder::record_pass(self, commands, index, frame_data);
-            // SAFETY: recording is complete; the queue is used from this thread only, and is idle afterwards.
-            unsafe {
-                check("vkEndCommandBuffer", device.end_command_buffer(commands))?;
-                let start = Instant::now();
-                check("vkQueueSubmit2", device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()))?;
-                check("vkQueueWaitIdle", device.queue_wait_idle(self.gpu.queue))?;
-                Ok(start.elapsed().as_secs_f64() * 1e3)
-            }
-        };
-        (0..self.passes.len()).map(run).collect()
+        self.begin_commands(commands)?;
+        record(commands);
+        // SAFETY: recording is complete; the queue is used from this thread only, and is idle afterwards.
+        unsafe {
+            check("vkEndCommandBuffer", device.end_command_buffer(commands))?;
+            let start = Instant::now();
+            check("vkQueueSubmit2", device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()))?;
+            check("vkQueueWaitIdle", device.queue_wait_idle(self.gpu.queue))?;
+            Ok(start.elapsed().as_secs_f64() * 1e3)
+        }
     }
 
     fn create_slots(&mut self) -> Result<()> {
@@ -366,7 +373,7 @@ fn create_timeline(gpu: &Gpu) -> Result<vk::Semaphore> {
 }
 
 /// Bytes per texel of the formats the frame uses.
-fn texel_bytes(format: vk::Format) -> u64 {
+pub(super) fn texel_bytes(format: vk::Format) -> u64 {
     match format {
         vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
         vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_UINT => 8,

@@ -48,7 +48,8 @@ pub struct SceneSet {
     pub(super) vertices: Buffer,
     pub(super) indices: Buffer,
     pub(super) draws: Vec<Draw>,
-    _buffers: Vec<Buffer>,
+    /// BVH nodes, BVH triangles, materials, lights.
+    pub(super) buffers: Vec<Buffer>,
     _images: Vec<Image>,
     _samplers: [Sampler; 2],
 }
@@ -94,7 +95,7 @@ impl SceneSet {
         let vertices =
             storage_buffer(gpu, "scene vertices", data.vertices, storage | vk::BufferUsageFlags::VERTEX_BUFFER)?;
         let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
-        let buffers = [
+        let buffers: Vec<_> = [
             ("BVH nodes", data.nodes),
             ("BVH triangles", data.triangles),
             ("materials", data.materials),
@@ -102,7 +103,7 @@ impl SceneSet {
         ]
         .into_iter()
         .map(|(name, bytes)| storage_buffer(gpu, name, bytes, storage))
-        .collect::<Result<Vec<_>>>()?;
+        .collect::<Result<_>>()?;
         let sampler = Sampler::new(gpu, gpu.features().anisotropy)?;
         let plain_sampler = Sampler::new(gpu, false)?;
         let images = upload_textures(gpu, data)?;
@@ -139,7 +140,7 @@ impl SceneSet {
             vertices,
             indices,
             draws: data.draws.to_vec(),
-            _buffers: buffers,
+            buffers,
             _images: images,
             _samplers: [sampler, plain_sampler],
         })
@@ -155,7 +156,9 @@ fn storage_buffer(gpu: &Arc<Gpu>, name: &str, bytes: &[u8], usage: vk::BufferUsa
             limit >> 20
         )));
     }
-    let buffer = Buffer::new(gpu, name, bytes.len().max(64) as u64, usage | vk::BufferUsageFlags::TRANSFER_DST)?;
+    // Any of them may be read back for a dump.
+    let usage = usage | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+    let buffer = Buffer::new(gpu, name, bytes.len().max(64) as u64, usage)?;
     upload_buffer(gpu, &buffer, bytes)?;
     Ok(buffer)
 }

@@ -77,7 +77,8 @@ impl Executor {
         Ok(SteppedFrame { times, rounds_done, rounds })
     }
 
-    fn repeat_of(&self, index: usize) -> Option<Repeat> {
+    /// How often the pass repeats, if it does.
+    pub(super) fn repeat_of(&self, index: usize) -> Option<Repeat> {
         match self.graph.passes()[index].payload {
             Work::Compute(ComputeWork { repeat, .. }) => repeat,
             _ => None,

@@ -1,5 +1,6 @@
 //! What a run leaves behind: pictures, timings and the table on stdout.
 
+pub mod dump;
 pub mod error_report;
 pub mod files;
 pub mod image_files;

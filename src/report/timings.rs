@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::machine::Machine;
 use super::stats::Stats;
+use crate::gpu::DeviceReport;
 use crate::settings::Settings;
 use crate::{Error, Result};
 
@@ -85,6 +86,21 @@ pub struct Device {
     pub device_id: u32,
     /// The vendor's own number of the driver version.
     pub driver_version: u32,
+}
+
+impl Device {
+    /// What there is to say of a device.
+    #[must_use]
+    pub fn of(report: &DeviceReport) -> Self {
+        Self {
+            name: report.name.clone(),
+            driver: report.driver.clone(),
+            api_version: report.api_version.clone(),
+            vendor_id: report.vendor_id,
+            device_id: report.device_id,
+            driver_version: report.driver_version,
+        }
+    }
 }
 
 /// What was rendered.

@@ -94,6 +94,12 @@ impl Settings {
         if let Some(path) = &self.timings {
             has_extension("timings", path, &[FileKind::Json, FileKind::Csv])?;
         }
+        if let Some(dump) = &self.dump {
+            let inside = self.output.iter().chain(&self.timings).find(|path| path.starts_with(dump));
+            require(inside.is_none(), || {
+                format!("dump {} must hold nothing else, and an output would lie in it", dump.display())
+            })?;
+        }
         Ok(())
     }
 }
@@ -203,5 +209,7 @@ mod tests {
         assert_eq!(complaint(|s| s.timings = Some("a.png".into())), "timings a.png must end in .json or .csv");
         let sentence = complaint(|s| (s.output, s.timings) = (Some("a.png".into()), Some("a.png".into())));
         assert_eq!(sentence, "output and timings are the same file, a.png: give two names");
+        let sentence = complaint(|s| (s.dump, s.output) = (Some("d".into()), Some("d/a.png".into())));
+        assert_eq!(sentence, "dump d must hold nothing else, and an output would lie in it");
     }
 }

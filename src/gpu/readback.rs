@@ -1,0 +1,137 @@
+//! A frame run pass by pass, with what every pass wrote read back: how dumps are made.
+//!
+//! Transient resources share memory, so that after the frame most of them are gone; right after its pass each is
+//! there, and an image is in the layout that the pass used it in.
+
+use std::sync::Arc;
+
+use super::executor::{Executor, texel_bytes};
+use super::recorder;
+use super::resources::{Physical, aspect};
+use super::scene_set::SceneSet;
+use super::transfer;
+use super::work::{TransferOp, Work};
+use super::{Gpu, buffer::Buffer};
+use crate::error::Result;
+use crate::graph::{Access, Handle, ResourceInfo, Use};
+
+/// What one resource held right after a pass that wrote to it.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// Position in the graph's resource list.
+    pub resource: usize,
+    /// The whole buffer, or the image's texels with rows packed.
+    pub bytes: Vec<u8>,
+}
+
+/// The scene's buffers as shaders read them; a short one is padded to 64 bytes.
+#[derive(Clone, Debug)]
+pub struct SceneBytes {
+    /// `BvhTriangle`s in leaf order.
+    pub triangles: Vec<u8>,
+    /// `GpuMaterial`s.
+    pub materials: Vec<u8>,
+    /// `PunctualLight`s, directional and spot lights first.
+    pub lights: Vec<u8>,
+}
+
+impl Executor {
+    /// Runs one frame pass by pass, each waited for, and gives `visit` every pass's index with what it wrote.
+    /// Buffers that a pass only clears for a later one are left out. No timestamps are taken.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory, and those of `visit`.
+    pub fn run_and_read(
+        &self,
+        frame_data: &[u8],
+        mut visit: impl FnMut(usize, Vec<Written>) -> Result<()>,
+    ) -> Result<()> {
+        self.gpu.wait_idle()?;
+        let value = self.submitted + 1;
+        let slot = 0;
+        for index in 0..self.graph.passes().len() {
+            let ran = self.run_alone(slot, value as u32, index, frame_data);
+            self.explain(slot, value, ran)?;
+            let written = self.shown_after(index).into_iter().map(|used| self.read_after(used));
+            visit(index, written.collect::<Result<_>>()?)?;
+        }
+        Ok(())
+    }
+
+    /// Runs one pass; of a repeated one every repetition is a submission, so that none is long.
+    fn run_alone(&self, slot: usize, stamp: u32, index: usize, frame_data: &[u8]) -> Result<()> {
+        let reach = |commands| self.slots[slot].markers.reach(commands, index, stamp);
+        let Some(repeat) = self.repeat_of(index) else {
+            self.submit_and_wait(slot, |commands| {
+                reach(commands);
+                recorder::record_pass(self, commands, index, frame_data);
+            })?;
+            return Ok(());
+        };
+        for i in 0..repeat.count() {
+            self.submit_and_wait(slot, |commands| {
+                reach(commands);
+                recorder::record_repetitions(self, commands, index, i..i + 1);
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The uses of a pass whose contents tell something: what it writes, but of what it clears only that which
+    /// no later pass writes, and no image that the next pass goes on with.
+    fn shown_after(&self, index: usize) -> Vec<Use> {
+        let passes = self.graph.passes();
+        let pass = &passes[index];
+        let written_later =
+            |resource: Handle| passes[index + 1..].iter().flat_map(|p| &p.uses).any(|u| writes(u, resource));
+        let only_cleared = |resource: Handle| match &pass.payload {
+            Work::Transfer(ops) => {
+                ops.iter().any(|op| matches!(op, TransferOp::Fill { buffer, .. } if Handle::from(*buffer) == resource))
+            }
+            _ => false,
+        };
+        let continued = |resource: Handle| {
+            let image = matches!(self.graph.resources()[resource.index()].info, ResourceInfo::Image(_));
+            let mut next = passes.get(index + 1).into_iter().flat_map(|p| &p.uses);
+            image && next.any(|u| u.resource == resource && u.access == Access::ComputeReadWrite)
+        };
+        let mut shown: Vec<Use> = Vec::new();
+        for used in pass.uses.iter().filter(|used| used.access.is_write()) {
+            let known = shown.iter().any(|other| other.resource == used.resource);
+            let tells_nothing = only_cleared(used.resource) && written_later(used.resource) || continued(used.resource);
+            if !known && !tells_nothing {
+                shown.push(*used);
+            }
+        }
+        shown
+    }
+
+    fn read_after(&self, used: Use) -> Result<Written> {
+        let resource = used.resource.index();
+        let bytes = match self.resources.list[resource] {
+            Physical::Buffer { raw, size_bytes } => transfer::download_buffer(&self.gpu, raw, size_bytes)?,
+            Physical::Image { raw, info, .. } => {
+                let layout = used.access.sync(self.graph.resources()[resource].info.kind()).layout;
+                let extent = [info.width_px, info.height_px];
+                transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))?
+            }
+        };
+        Ok(Written { resource, bytes })
+    }
+}
+
+fn writes(used: &Use, resource: Handle) -> bool {
+    used.resource == resource && used.access.is_write()
+}
+
+impl SceneSet {
+    /// Reads the buffers back; waits.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<SceneBytes> {
+        let read = |buffer: &Buffer| transfer::download_buffer(gpu, buffer.raw, buffer.size_bytes);
+        let [triangles, materials, lights] = [1, 2, 3].map(|i| read(&self.buffers[i]));
+        Ok(SceneBytes { triangles: triangles?, materials: materials?, lights: lights? })
+    }
+}

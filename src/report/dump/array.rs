@@ -1,0 +1,240 @@
+//! Arrays of numbers and of records, as NumPy's `.npy` files hold them. Little-endian throughout.
+
+use std::io::Write;
+use std::path::Path;
+
+use npyz::{DType, NpyHeader, Order, WriteOptions, WriterBuilder};
+use serde_json::{Value, json};
+
+use crate::{Error, Result};
+
+/// A number in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Scalar {
+    /// 16-bit float.
+    F16,
+    /// 32-bit float.
+    F32,
+    /// 16-bit signed integer.
+    I16,
+    /// 64-bit signed integer.
+    I64,
+    /// 32-bit unsigned integer.
+    U32,
+}
+
+impl Scalar {
+    const ALL: [Self; 5] = [Self::F16, Self::F32, Self::I16, Self::I64, Self::U32];
+
+    /// NumPy's name of the type.
+    #[must_use]
+    pub fn type_string(self) -> &'static str {
+        match self {
+            Self::F16 => "<f2",
+            Self::F32 => "<f4",
+            Self::I16 => "<i2",
+            Self::I64 => "<i8",
+            Self::U32 => "<u4",
+        }
+    }
+
+    /// Bytes of one number.
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::F16 | Self::I16 => 2,
+            Self::F32 | Self::U32 => 4,
+            Self::I64 => 8,
+        }
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scalar| scalar.type_string() == text)
+    }
+}
+
+/// One field of a record; an array of plain numbers has a single field without a name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Name, or empty.
+    pub name: String,
+    /// Kind of number.
+    pub scalar: Scalar,
+    /// Shape of the field within a record; empty for one number.
+    pub shape: Vec<u64>,
+}
+
+impl Field {
+    /// A field of this shape.
+    #[must_use]
+    pub fn new(name: &str, scalar: Scalar, shape: &[u64]) -> Self {
+        Self { name: name.to_owned(), scalar, shape: shape.to_vec() }
+    }
+
+    /// Numbers of one record.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.shape.iter().fold(1_u64, |count, axis| count.saturating_mul(*axis)) as usize
+    }
+
+    /// Bytes of one record.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.count().saturating_mul(self.scalar.bytes())
+    }
+}
+
+/// Numbers or records in C order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Array {
+    /// What an element is made of.
+    pub fields: Vec<Field>,
+    /// Elements along each axis.
+    pub shape: Vec<u64>,
+    /// The elements, packed.
+    pub bytes: Vec<u8>,
+    /// Index in the resource of the first element here.
+    pub first: u64,
+}
+
+impl Array {
+    /// Plain numbers; as many of `bytes` as the shape needs.
+    #[must_use]
+    pub fn plain(scalar: Scalar, shape: &[u64], bytes: &[u8]) -> Self {
+        Self::records(vec![Field::new("", scalar, &[])], shape, bytes)
+    }
+
+    /// Records; as many of `bytes` as the shape needs.
+    #[must_use]
+    pub fn records(fields: Vec<Field>, shape: &[u64], bytes: &[u8]) -> Self {
+        let size: usize = fields.iter().map(Field::bytes).sum();
+        let length = shape.iter().product::<u64>() as usize * size;
+        Self { fields, shape: shape.to_vec(), bytes: bytes[..length.min(bytes.len())].to_vec(), first: 0 }
+    }
+
+    /// The same, of a part that starts at element `first` of its resource.
+    #[must_use]
+    pub fn starting_at(self, first: u64) -> Self {
+        Self { first, ..self }
+    }
+
+    /// Bytes of one element.
+    #[must_use]
+    pub fn element_bytes(&self) -> usize {
+        self.fields.iter().map(Field::bytes).sum()
+    }
+
+    /// The type as JSON: a type string, or for records a list of `[name, type string, shape]`.
+    #[must_use]
+    pub fn dtype_json(&self) -> Value {
+        match self.fields.as_slice() {
+            [field] if field.name.is_empty() => json!(field.scalar.type_string()),
+            fields => fields.iter().map(|f| json!([f.name, f.scalar.type_string(), f.shape])).collect(),
+        }
+    }
+
+    /// Writes a `.npy` file.
+    ///
+    /// # Errors
+    /// [`Error::File`] when that fails.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let write = || -> std::io::Result<()> {
+            let file = std::io::BufWriter::new(std::fs::File::create(path)?);
+            let options = WriteOptions::new_header_only().dtype(dtype(&self.fields)).shape(&self.shape).writer(file);
+            let mut file = options.write_header_only()?;
+            file.write_all(&self.bytes)?;
+            file.flush()
+        };
+        write().map_err(|error| Error::file(path, format!("cannot be written: {error}")))
+    }
+
+    /// Reads a `.npy` file of the kind that [`Array::write`] makes.
+    ///
+    /// # Errors
+    /// [`Error::File`] when it cannot be read, is something else, or is cut short.
+    pub fn read(path: &Path) -> Result<Self> {
+        let whole = std::fs::read(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        let mut rest = whole.as_slice();
+        let header = NpyHeader::from_reader(&mut rest)
+            .map_err(|error| Error::file(path, format!("is not a .npy file: {error}")))?;
+        let fields = fields(&header.dtype())
+            .filter(|_| header.order() == Order::C)
+            .ok_or_else(|| Error::file(path, format!("holds {}, which no dump has", header.dtype().descr())))?;
+        let element: u64 = fields.iter().map(|f| f.bytes() as u64).sum();
+        let wanted = header.shape().iter().fold(element, |size, count| size.saturating_mul(*count));
+        if element == 0 || rest.len() as u64 != wanted {
+            let sentence = format!("is damaged: it holds {} bytes of numbers instead of {wanted}", rest.len());
+            return Err(Error::file(path, sentence));
+        }
+        Ok(Self::records(fields, header.shape(), rest))
+    }
+}
+
+fn dtype(fields: &[Field]) -> DType {
+    let scalar = |field: &Field| {
+        let plain = field.scalar.type_string().parse().map(DType::new_scalar).unwrap_or(DType::Record(Vec::new()));
+        field.shape.iter().rev().fold(plain, |inner, count| DType::Array(*count, Box::new(inner)))
+    };
+    match fields {
+        [field] if field.name.is_empty() => scalar(field),
+        fields => {
+            DType::Record(fields.iter().map(|f| npyz::Field { name: f.name.clone(), dtype: scalar(f) }).collect())
+        }
+    }
+}
+
+/// The fields of a type; `None` for one that [`dtype`] does not make.
+fn fields(dtype: &DType) -> Option<Vec<Field>> {
+    match dtype {
+        DType::Record(fields) => fields.iter().map(|f| field(&f.name, &f.dtype)).collect(),
+        plain => Some(vec![field("", plain)?]),
+    }
+}
+
+fn field(name: &str, dtype: &DType) -> Option<Field> {
+    let mut shape = Vec::new();
+    let mut inner = dtype;
+    while let DType::Array(count, next) = inner {
+        shape.push(*count);
+        inner = next;
+    }
+    match inner {
+        DType::Plain(text) => Some(Field::new(name, Scalar::parse(&text.to_string())?, &shape)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_round_trip() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        let fields = vec![Field::new("position_ws", Scalar::F32, &[3]), Field::new("levels", Scalar::U32, &[2, 1])];
+        let bytes: Vec<u8> = (0..60).collect();
+        for array in [
+            Array::records(fields, &[3], &bytes),
+            Array::plain(Scalar::I64, &[2, 3], &bytes),
+            Array::plain(Scalar::U32, &[0], &[]),
+        ] {
+            array.write(&path).unwrap();
+            assert_eq!(Array::read(&path).unwrap(), array);
+        }
+    }
+
+    #[test]
+    fn damage_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        Array::plain(Scalar::U32, &[4], &[7; 16]).write(&path).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() - 3]).unwrap();
+        assert!(Array::read(&path).unwrap_err().to_string().ends_with("it holds 13 bytes of numbers instead of 16"));
+        std::fs::write(&path, "no array").unwrap();
+        assert!(Array::read(&path).unwrap_err().to_string().contains("is not a .npy file"));
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(Array::read(&path).unwrap_err().exit_code(), 1);
+    }
+}

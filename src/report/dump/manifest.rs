@@ -1,0 +1,142 @@
+//! `manifest.json`: what a dump was made with, and what each of its files is.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::shared::FrameData;
+use crate::{Error, Result};
+
+/// The version of a dump's layout.
+pub const SCHEMA: &str = "gridlight-dump/1";
+/// The manifest's name in the dump's folder.
+pub const FILE_NAME: &str = "manifest.json";
+
+/// One file of a dump.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FileEntry {
+    /// Position of the pass in `passes`; none for the scene.
+    pub pass_index: Option<usize>,
+    /// The pass that wrote the resource, or `scene`.
+    pub pass: String,
+    /// The graph's name of the resource.
+    pub resource: String,
+    /// `buffer`, `image`, `scene` (an input) or `derived` (computed for the dump).
+    pub kind: String,
+    /// Path in the folder, with `/`.
+    pub file: String,
+    /// NumPy's type string; for records a list of `[name, type string, shape]`.
+    pub dtype: Value,
+    /// Elements along each axis; for images height and width.
+    pub shape: Vec<u64>,
+    /// Channels of an image.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub channels: Vec<String>,
+    /// Index in the resource of the file's first element.
+    pub first_element: u64,
+    /// Bytes of the whole resource, used or not.
+    pub resource_bytes: u64,
+    /// `picture`, or `interleaved` for sub-images side by side; none for what has no pixels.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub layout: Option<String>,
+    /// Fields of integers that stand for real numbers, with the factor that gives them; an array without names has
+    /// the name ``.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty", default)]
+    pub scale: BTreeMap<String, f64>,
+    /// Units of the numbers.
+    pub units: String,
+    /// What the resource holds, in a sentence.
+    pub meaning: String,
+}
+
+/// The whole manifest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Always [`SCHEMA`].
+    pub schema: String,
+    /// The program that ran.
+    pub program: Value,
+    /// The device it ran on.
+    pub device: Value,
+    /// The scene it rendered.
+    pub scene: Value,
+    /// Every setting, as used.
+    pub settings: Value,
+    /// Sizes, capacities and modes of the frame.
+    pub shape: Value,
+    /// The frame's constants by name.
+    pub frame: Value,
+    /// Every pass in order.
+    pub passes: Vec<String>,
+    /// Every file, in the order of the frame.
+    pub files: Vec<FileEntry>,
+}
+
+impl Manifest {
+    /// Reads the manifest of a dump's folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] when there is none, or it is no manifest of this version.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(FILE_NAME);
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| Error::file(&path, format!("cannot be read, so that this is no dump: {error}")))?;
+        let json: Value =
+            serde_json::from_str(&text).map_err(|error| Error::file(&path, format!("is not JSON: {error}")))?;
+        let schema = json.get("schema").and_then(Value::as_str).unwrap_or("nothing");
+        if schema != SCHEMA {
+            return Err(Error::file(&path, format!("is not the manifest of a dump: schema is {schema}, not {SCHEMA}")));
+        }
+        serde_json::from_value(json).map_err(|error| Error::file(&path, format!("is damaged: {error}")))
+    }
+
+    /// Writes the manifest into a dump's folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] when that fails.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let path = folder.join(FILE_NAME);
+        let mut text = serde_json::to_vec_pretty(self).map_err(|error| Error::file(&path, error))?;
+        text.push(b'\n');
+        std::fs::write(&path, text).map_err(|error| Error::file(&path, format!("cannot be written: {error}")))
+    }
+}
+
+/// The frame's constants by name.
+#[must_use]
+pub fn frame_constants(data: &FrameData) -> Value {
+    let xyz = |v: [f32; 4]| [v[0], v[1], v[2]];
+    json!({
+        "clip_from_world": data.clip_from_world,
+        "eye_ws": xyz(data.eye_near),
+        "near": data.eye_near[3],
+        "jitter_px": [data.forward[3], data.up[3]],
+        "forward_ws": xyz(data.forward),
+        "right_ws": xyz(data.right),
+        "rasteriser_step": data.right[3],
+        "up_ws": xyz(data.up),
+        "scene_center_ws": xyz(data.scene_sphere),
+        "scene_radius": data.scene_sphere[3],
+        "size_px": [data.size[0], data.size[1]],
+        "sub_image_px": [data.size[2], data.size[3]],
+        "interleave": data.sampling[0],
+        "shadow_samples": data.sampling[1],
+        "shadow_from": data.sampling[2],
+        "first_level": data.sampling[3],
+        "top_level": data.counts[0],
+        "vpl_capacity": data.counts[1],
+        "path_count": data.counts[2],
+        "bounces": data.counts[3],
+        "seed": data.lights[0],
+        "accumulated_frame": data.accumulation[0],
+        "direct_lights": data.lights[1],
+        "first_point_light": data.lights[2],
+        "scene_lights": data.lights[3],
+        "alpha": data.tuning[0],
+        "clamp_squared": data.tuning[1],
+        "exposure": data.tuning[2],
+        "ray_offset": data.tuning[3],
+    })
+}

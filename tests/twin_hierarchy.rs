@@ -260,7 +260,6 @@ fn lights_of_both_comparators_must_be_as_many() {
         placement: bytemuck::Zeroable::zeroed(),
         levels: gridlight::light_grid::Levels::new(2),
         center: gridlight::settings::Center::Intensity,
-        center: gridlight::settings::Center::Intensity,
     };
     assert!(compare::grid_lights(&[light], &[], &grid, 0).is_err());
     assert!(compare::exact("words", &[1, 2], &[1]).is_err());

@@ -52,7 +52,7 @@ fn sponza_loads_and_builds_quickly() {
     let all: Vec<(&Texture, bool)> = scene.textures.iter().map(|t| (t, true)).collect();
     let chains = mip_chains(&all);
     let mips = start.elapsed();
-    assert_eq!((array.size_px, array.layers.len(), chains.len()), (512, scene.textures.len(), scene.textures.len()));
+    assert_eq!((array.size_px, array.layers.len(), chains.len()), (1024, scene.textures.len(), scene.textures.len()));
 
     let camera = &scene.cameras[0];
     let (mut hits, start) = (0u32, Instant::now());

@@ -10,6 +10,8 @@ use crate::settings::{Build, Filter, Reservoir, ShadowPoints, Technique, View};
 
 fn shape() -> FrameShape {
     FrameShape {
+        lobe: crate::settings::Lobe::Mixture,
+        center: crate::settings::Center::Intensity,
         width_px: 8,
         height_px: 8,
         direct: true,

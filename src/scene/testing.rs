@@ -32,8 +32,13 @@ pub fn box_room(size: f32, albedo: Vec3) -> Scene {
             [out - u - v, out - u + v, out + u + v, out + u - v].map(|p| p * h)
         })
         .into();
-    let material = Material { name: "wall".into(), base_color: albedo.extend(1.0).to_array(), ..default_material() };
-    scene_from_quads("box room", &quads, material)
+    scene_from_quads("box room", &quads, diffuse("wall", albedo))
+}
+
+/// A plain diffuse material.
+#[must_use]
+pub fn diffuse(name: &str, albedo: Vec3) -> Material {
+    Material { name: name.into(), base_color: albedo.extend(1.0).to_array(), ..default_material() }
 }
 
 /// A scene of planar quads, each counter-clockwise seen from its front, with uv over the unit square.

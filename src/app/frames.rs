@@ -44,6 +44,7 @@ pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progr
             let gpu_ms = frame.times.pass_ms.iter().sum();
             let pass_ms = names.iter().cloned().zip(frame.times.pass_ms).collect();
             times.push(FrameTimes { pass_ms, gpu_ms, cpu_ms: frame.times.cpu_ms });
+            log::debug!("frame {} of {measured}: {gpu_ms:.1} ms", times.len());
         }
         bar.set(SUBDIVISION * (index + 1));
         let is_last = index + 1 == warmup + measured;

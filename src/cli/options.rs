@@ -112,7 +112,7 @@ pub(super) struct ShadowArgs {
     /// Shadows of the indirect light [default: on]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "on|off")]
     pub shadows: Option<Switch>,
-    /// First level whose lights get shadow rays, 0 to 10 [default: 2]
+    /// First level whose lights get shadow rays, 0 to 10 [default: 1]
     #[arg(long, value_name = "L")]
     pub shadow_from: Option<u32>,
 

@@ -40,7 +40,8 @@ pub fn write_exr(writer: impl Write + Seek, width: u32, height: u32, rgb: &[f32]
     };
     let mut picture = exr::image::Image::from_channels(size, SpecificChannels::rgb(texel));
     picture.layer_data.attributes.comments = Text::new_or_none(note);
-    picture.write().to_buffered(writer).map_err(|error| failed(&error))
+    // In order, so that equal pictures are equal files.
+    picture.write().non_parallel().to_buffered(writer).map_err(|error| failed(&error))
 }
 
 /// Writes display-ready sRGB as 8-bit RGB PNG; the note becomes the text chunk `Comment`.

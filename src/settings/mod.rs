@@ -123,7 +123,7 @@ impl Default for Settings {
             interleave: 1,
             shadow_samples: 4,
             shadows: Switch::On,
-            shadow_from: 2,
+            shadow_from: 1,
             shadow_points: ShadowPoints::Descent,
             reservoir: None,
             build: Build::Gather,

@@ -89,12 +89,12 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     Ok(())
 }
 
-fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
+pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
     let options = GpuOptions { select: settings.gpu.clone(), validation: settings.validation, baseline_only: false };
     Gpu::new(&options)
 }
 
-fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
+pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
     let bar: RefCell<Option<(String, Bar)>> = RefCell::new(None);
     let report = |step: &str, done: u64, total: u64| {
         let mut current = bar.borrow_mut();
@@ -111,7 +111,7 @@ fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
     }
 }
 
-fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<UploadedScene> {
+pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<UploadedScene> {
     let bar = progress.bar("BVH", 1);
     let uploaded = UploadedScene::new(gpu, scene)?;
     bar.set(1);
@@ -119,7 +119,7 @@ fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<Uploaded
 }
 
 /// The camera of that name or index; the first when none is named.
-fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera> {
+pub(super) fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera> {
     let found = match wanted {
         None => scene.cameras.first(),
         Some(name) => {
@@ -145,29 +145,15 @@ fn report(
     times: RunTimes,
     counts: crate::report::timings::Counts,
 ) -> RunReport {
-    let device = gpu.report();
     let mut settings = settings.clone();
     // What `None` stood for.
     settings.reservoir = Some(renderer.shape().reservoir);
     RunReport {
         schema: SCHEMA,
         program: Program::this(),
-        device: Device {
-            name: device.name.clone(),
-            driver: device.driver.clone(),
-            api_version: device.api_version.clone(),
-            vendor_id: device.vendor_id,
-            device_id: device.device_id,
-            driver_version: device.driver_version,
-        },
+        device: device_of(gpu),
         machine: Machine::here(),
-        scene: SceneInfo {
-            name: scene.name.clone(),
-            path: settings.scene.as_ref().map(|p| p.display().to_string()),
-            triangles: scene.indices.len() as u64 / 3,
-            cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
-            camera: camera.name.clone(),
-        },
+        scene: scene_info(&settings, scene, camera),
         frames: settings.frames,
         interrupted: None,
         warmup: settings.warmup,
@@ -175,5 +161,29 @@ fn report(
         times,
         memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
         counts,
+    }
+}
+
+/// What a report says of the device.
+pub(super) fn device_of(gpu: &Gpu) -> Device {
+    let device = gpu.report();
+    Device {
+        name: device.name.clone(),
+        driver: device.driver.clone(),
+        api_version: device.api_version.clone(),
+        vendor_id: device.vendor_id,
+        device_id: device.device_id,
+        driver_version: device.driver_version,
+    }
+}
+
+/// What a report says of the scene.
+pub(super) fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
+    SceneInfo {
+        name: scene.name.clone(),
+        path: settings.scene.as_ref().map(|p| p.display().to_string()),
+        triangles: scene.indices.len() as u64 / 3,
+        cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
+        camera: camera.name.clone(),
     }
 }

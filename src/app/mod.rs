@@ -1,6 +1,7 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
 pub mod compare;
+pub mod error_report;
 mod frames;
 pub mod headless;
 pub mod list_gpus;
@@ -37,6 +38,10 @@ fn execute(command: Command) -> Result<()> {
             Ok(())
         }
         Command::Compare(args) => compare::compare(&args),
+        Command::ErrorReport { settings, options, verbosity } => {
+            start_log(verbosity);
+            error_report::report(&settings, &options, verbosity.quiet)
+        }
         Command::ListGpus { verbosity } => {
             start_log(verbosity);
             list_gpus::list()

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ArgAction;
 
+use super::error_report::ErrorReportArgs;
 use crate::compare::ImageLimits;
 use crate::report::FileKind;
 use crate::settings::Exposure;
@@ -19,6 +20,9 @@ pub(super) enum Subcommand {
     /// Compare a picture or a timings file with a reference
     #[command(after_help = COMPARE_HELP)]
     Compare(CompareArgs),
+    /// Render in stages, and split the error of the method by cause
+    #[command(after_help = super::error_report::HELP)]
+    ErrorReport(ErrorReportArgs),
 }
 
 /// The files to compare, and what to do with what is found.

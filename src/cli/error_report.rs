@@ -177,3 +177,121 @@ fn check_that_input_stays(file: Option<&Path>, folder: Option<&Path>) -> Result<
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::Verbosity;
+
+    fn command(line: &str) -> Result<Command> {
+        crate::cli::parse(["gridlight", "error-report"].into_iter().chain(line.split_whitespace()))
+    }
+
+    fn report(line: &str) -> (Settings, ErrorReportOptions, Verbosity) {
+        match command(line) {
+            Ok(Command::ErrorReport { settings, options, verbosity }) => (*settings, options, verbosity),
+            other => panic!("{line}: expected an error report, got {other:?}"),
+        }
+    }
+
+    fn complaint(line: &str) -> String {
+        let error = command(line).expect_err("a usage error");
+        assert_eq!(error.exit_code(), 2, "{line}: {error}");
+        let sentence = error.to_string();
+        assert!(!sentence.contains('\n'), "{sentence}");
+        sentence
+    }
+
+    #[test]
+    fn the_report_has_its_own_defaults() {
+        let (settings, options, verbosity) = report("");
+        assert_eq!(settings, Settings { size: SIZE, vpls: VPLS, ..Settings::default() });
+        let expected = ErrorReportOptions { folder: None, reference_samples: 256, frames_per_stage: 16 };
+        assert_eq!((options, verbosity), (expected, Verbosity::default()));
+    }
+
+    #[test]
+    fn every_option_arrives() {
+        let line = "a.gltf --report d --reference-samples 9 --frames-per-stage 3 --size 64x32 --camera 1 --exposure 2 \
+            --vpls 7 --bounces 2 --alpha 2 --interleave 2 --seed 5 --clamp 0 --build scatter --shadow-samples 8 \
+            --reservoir race --gpu 0 --validation -v";
+        let (settings, options, verbosity) = report(line);
+        let expected = ErrorReportOptions { folder: Some("d".into()), reference_samples: 9, frames_per_stage: 3 };
+        assert_eq!((options, verbosity), (expected, Verbosity { verbose: 1, quiet: false }));
+        assert_eq!((settings.scene, settings.camera), (Some("a.gltf".into()), Some("1".to_owned())));
+        assert_eq!((settings.vpls, settings.interleave, settings.shadow_samples), (7, 2, 8));
+        assert!(settings.validation && settings.size == Size { width: 64, height: 32 });
+    }
+
+    #[test]
+    fn help_states_the_defaults() {
+        let Ok(Command::Show(help)) = command("--help") else { panic!("expected help") };
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for (option, default) in [
+            ("--size <WxH>", SIZE.to_string()),
+            ("--vpls <N>", VPLS.to_string()),
+            ("--reference-samples <N>", REFERENCE_SAMPLES.to_string()),
+            ("--frames-per-stage <N>", FRAMES_PER_STAGE.to_string()),
+            ("--alpha <CELLS>", "1".to_owned()),
+        ] {
+            let (_, rest) = help.split_once(option).unwrap_or_else(|| panic!("no {option}"));
+            let (_, stated) = rest.split_once("[default: ").unwrap();
+            assert_eq!(stated.split(']').next(), Some(default.as_str()), "{option}");
+        }
+        for heading in ["Options:", "Arguments:"] {
+            assert!(!help.contains(heading), "an option without a group in\n{help}");
+        }
+    }
+
+    #[test]
+    fn options_of_rendering_that_the_stages_decide_are_named() {
+        for option in "--technique --view --dump --output --timings --accumulate --samples --frames --warmup --direct \
+            --headless --print-graph --list-gpus"
+            .split_whitespace()
+        {
+            let sentence = complaint(&format!("{option} 3"));
+            assert!(sentence.contains(&format!("unexpected argument '{option}'")), "{sentence}");
+        }
+    }
+
+    #[test]
+    fn mistakes_get_one_sentence() {
+        let cases = [
+            ("--reference-samples 0", "reference-samples must be at least 1, not 0"),
+            ("--frames-per-stage 0", "frames-per-stage must be at least 1, not 0"),
+            ("--vpls 0", "vpls must be at least 1, not 0"),
+            ("--lights both", "leave lights at vpl"),
+            ("--shadow-samples 0", "error-report needs shadow samples, and shadow-samples 0 leaves none"),
+            ("--shadows off", "error-report needs shadow samples, and shadows off leaves none"),
+            ("--size 9x3", "size 9x3 is too small for error-report: each side needs at least 4 pixels"),
+            ("a.gltf b.gltf", "unexpected argument 'b.gltf' found"),
+        ];
+        for (line, part) in cases {
+            let sentence = complaint(line);
+            assert!(sentence.contains(part), "{line}: {sentence}");
+        }
+    }
+
+    #[test]
+    fn settings_files_keep_the_defaults_of_the_report() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path.to_str().unwrap().to_owned()
+        };
+        let (settings, ..) = report(&format!("--settings {} --seed 3", file("a.toml", "alpha = 2.0\nvpls = 50\n")));
+        let expected = Settings { size: SIZE, vpls: 50, alpha: 2.0, seed: 3, ..Settings::default() };
+        assert_eq!(settings, expected);
+        let (settings, ..) = report(&format!("--settings {}", file("a.json", "{\"size\": \"1280x720\"}")));
+        assert_eq!((settings.size, settings.vpls), (Settings::default().size, VPLS));
+        for text in ["technique = \"direct\"", "view = \"depth\"", "output = \"a.png\"", "frames = 2", "samples = 4"] {
+            let sentence = complaint(&format!("--settings {}", file("b.toml", text)));
+            let key = text.split(' ').next().unwrap();
+            assert!(sentence.starts_with(&format!("{key} in the settings file does not apply")), "{sentence}");
+        }
+        let path = file("report.json", "{}");
+        let sentence = complaint(&format!("--settings {path} --report {}", folder.path().display()));
+        assert!(sentence.ends_with("report.json would overwrite the settings file: give another folder"), "{sentence}");
+    }
+}

@@ -54,7 +54,7 @@ pub struct StagePlan {
 pub fn plan(settings: &Settings, options: &ErrorReportOptions) -> Vec<StagePlan> {
     let kitchen = Kitchen { settings, options };
     let mut stages = vec![kitchen.vpl_sampling(), kitchen.clamp(), kitchen.hierarchy(), kitchen.build()];
-    stages.extend([kitchen.shadow_sampling(), kitchen.noise(), kitchen.filter()]);
+    stages.extend([kitchen.shadow_sampling(), kitchen.noise(), kitchen.filter(), kitchen.filtered_shadows()]);
     stages.extend([2, 4].map(|side| kitchen.interleave(side)));
     stages.push(kitchen.whole_method());
     stages
@@ -101,10 +101,10 @@ impl Kitchen<'_> {
     }
 
     fn shadow_sampling(&self) -> StagePlan {
-        let mut notes = vec!["The error of the hierarchy itself is in it.".to_owned()];
-        if self.settings.shadow_from > 0 {
-            notes.push(format!("Lights below level {} get no shadow samples.", self.settings.shadow_from));
-        }
+        let mut notes = self.shadow_notes();
+        notes.push(
+            "Where no sample of a frame carries light, it counts as unshadowed; the filter mends that.".to_owned(),
+        );
         let cause = "A few shadow rays to chosen lights darken all of the light by one ratio.";
         let reference = self.every_vpl(self.settings.clamp, Switch::On);
         stage("shadow sampling", cause, reference, self.mean(Filter::None, 1), notes)
@@ -126,6 +126,20 @@ impl Kitchen<'_> {
             notes.push("The settings leave this filter out.".to_owned());
         }
         stage("filter", cause, self.mean(Filter::None, 1), self.mean(Filter::Atrous, 1), notes)
+    }
+
+    fn filtered_shadows(&self) -> StagePlan {
+        let cause = "Shadow samples and their filter together.";
+        let reference = self.every_vpl(self.settings.clamp, Switch::On);
+        stage("filtered shadows", cause, reference, self.mean(Filter::Atrous, 1), self.shadow_notes())
+    }
+
+    fn shadow_notes(&self) -> Vec<String> {
+        let mut notes = vec!["The error of the hierarchy itself is in it.".to_owned()];
+        if self.settings.shadow_from > 0 {
+            notes.push(format!("Lights below level {} get no shadow samples.", self.settings.shadow_from));
+        }
+        notes
     }
 
     fn interleave(&self, side: u32) -> StagePlan {
@@ -194,4 +208,75 @@ impl Kitchen<'_> {
 
 fn stage(name: &str, cause: &str, reference: Picture, test: Picture, notes: Vec<String>) -> StagePlan {
     StagePlan { name: name.to_owned(), cause: cause.to_owned(), reference, test, notes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options() -> ErrorReportOptions {
+        ErrorReportOptions { folder: None, reference_samples: 64, frames_per_stage: 8 }
+    }
+
+    /// The settings that differ between two recipes.
+    fn differing(a: &Recipe, b: &Recipe) -> Vec<String> {
+        let [a, b] = [a, b].map(|recipe| serde_json::to_value(&recipe.settings).unwrap());
+        let (a, b) = (a.as_object().unwrap(), b.as_object().unwrap());
+        a.keys().filter(|key| a[*key] != b[*key]).cloned().collect()
+    }
+
+    #[test]
+    fn each_stage_changes_its_cause_alone() {
+        let settings = Settings { interleave: 2, ..Settings::default() };
+        let plan = plan(&settings, &options());
+        let changes: Vec<(&str, Vec<String>)> =
+            plan.iter().map(|s| (s.name.as_str(), differing(&s.reference.recipe, &s.test.recipe))).collect();
+        let expected: [(&str, &[&str]); 11] = [
+            ("VPL sampling", &["clamp", "samples", "technique"]),
+            ("clamp", &["clamp"]),
+            ("hierarchy", &["technique"]),
+            ("build", &["build"]),
+            ("shadow sampling", &["filter", "technique"]),
+            ("noise of a frame", &[]),
+            ("filter", &["filter"]),
+            ("filtered shadows", &["technique"]),
+            ("interleave 2x2", &["interleave"]),
+            ("interleave 4x4", &["interleave"]),
+            ("whole method", &["direct", "interleave", "samples", "technique"]),
+        ];
+        assert_eq!(changes, expected.map(|(name, keys)| (name, keys.iter().map(|k| (*k).to_owned()).collect())));
+    }
+
+    #[test]
+    fn the_whole_method_is_one_frame_as_set() {
+        let settings = Settings { interleave: 4, filter: Filter::None, alpha: 2.0, ..Settings::default() };
+        let plan = plan(&settings, &options());
+        let whole = &plan[10];
+        assert_eq!(whole.test.recipe, Recipe { settings, frames: Frames::One });
+        let direct = whole.reference.direct.as_ref().unwrap();
+        assert_eq!((direct.settings.technique, direct.settings.direct), (Technique::Direct, Switch::On));
+        // Path tracing is done once, for the first stage and the last.
+        assert_eq!(whole.reference.recipe, plan[0].reference.recipe);
+        assert!(!plan[0].reference.recipe.settings.direct.is_on() && plan[0].reference.direct.is_none());
+    }
+
+    #[test]
+    fn pictures_are_shared_between_stages() {
+        let plan = plan(&Settings::default(), &options());
+        let mut recipes: Vec<&Recipe> = Vec::new();
+        for picture in plan.iter().flat_map(|stage| [&stage.reference, &stage.test]) {
+            if !recipes.contains(&&picture.recipe) {
+                recipes.push(&picture.recipe);
+            }
+        }
+        assert_eq!(recipes.len(), 12, "path tracing, three brute forces, and eight of the hierarchy");
+    }
+
+    #[test]
+    fn the_single_frame_is_none_of_the_mean() {
+        let plan = plan(&Settings::default(), &options());
+        let noise = &plan[5];
+        assert_eq!(noise.reference.recipe.frames, Frames::Mean(8));
+        assert_eq!(noise.test.recipe.frames, Frames::OneAfter(8));
+    }
 }

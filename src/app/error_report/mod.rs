@@ -10,7 +10,7 @@ use super::headless::{device_of, find_camera, load_scene, open_gpu, scene_info, 
 use crate::cli::ErrorReportOptions;
 use crate::compare::{Image, auto_exposure};
 use crate::progress::Progress;
-use crate::renderer::{self, UploadedScene};
+use crate::renderer;
 use crate::report::error_report::{ErrorReport, SCHEMA, Side, Stage};
 use crate::report::machine::Machine;
 use crate::report::timings::Program;
@@ -31,7 +31,7 @@ pub fn report(settings: &Settings, options: &ErrorReportOptions, quiet: bool) ->
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
     let camera = find_camera(&scene, settings.camera.as_deref())?;
-    let uploaded: UploadedScene = upload(&gpu, &scene, &progress)?;
+    let uploaded = upload(&gpu, &scene, &progress)?;
     // What `None` stood for.
     let settings = Settings { reservoir: Some(renderer::reservoir_mode(&gpu, settings)?), ..settings.clone() };
     let plan = stages::plan(&settings, options);
@@ -52,16 +52,22 @@ pub fn report(settings: &Settings, options: &ErrorReportOptions, quiet: bool) ->
     };
     // Nothing is written before everything has gone well.
     gpu.check_validation()?;
-    let is_table_elsewhere = folder.is_some();
-    if let Some(folder) = folder {
-        folder.commit(&report)?;
-    }
-    if !quiet || !is_table_elsewhere {
-        super::say(&report.to_markdown());
-    }
+    publish(&report, folder, quiet)?;
     if report.interrupted {
         let (finished, all) = (report.stages.len(), plan.len());
         return Err(Error::Interrupted(format!("interrupted after {finished} of {all} stages; that much is reported")));
+    }
+    Ok(())
+}
+
+/// Writes the report, and prints its table; `quiet` leaves it out where it is in a file.
+fn publish(report: &ErrorReport, folder: Option<ReportFolder>, quiet: bool) -> Result<()> {
+    let is_printed = !quiet || folder.is_none();
+    if let Some(folder) = folder {
+        folder.commit(report)?;
+    }
+    if is_printed {
+        super::say(&report.to_markdown());
     }
     Ok(())
 }

@@ -52,20 +52,21 @@ pub struct StagePlan {
 /// The stages in the order of the method's approximations.
 #[must_use]
 pub fn plan(settings: &Settings, options: &ErrorReportOptions) -> Vec<StagePlan> {
-    let kitchen = Kitchen { settings, options };
-    let mut stages = vec![kitchen.vpl_sampling(), kitchen.clamp(), kitchen.hierarchy(), kitchen.build()];
-    stages.extend([kitchen.shadow_sampling(), kitchen.noise(), kitchen.filter(), kitchen.filtered_shadows()]);
-    stages.extend([2, 4].map(|side| kitchen.interleave(side)));
-    stages.push(kitchen.whole_method());
+    let planner = Planner { settings, options };
+    let mut stages = vec![planner.vpl_sampling(), planner.clamp(), planner.hierarchy(), planner.build()];
+    stages.extend([planner.shadow_sampling(), planner.noise(), planner.filter(), planner.filtered_shadows()]);
+    stages.extend([2, 4].map(|side| planner.interleave(side)));
+    stages.push(planner.whole_method());
     stages
 }
 
-struct Kitchen<'a> {
+/// Makes the stages' recipes from the settings.
+struct Planner<'a> {
     settings: &'a Settings,
     options: &'a ErrorReportOptions,
 }
 
-impl Kitchen<'_> {
+impl Planner<'_> {
     fn vpl_sampling(&self) -> StagePlan {
         let notes = vec![
             "One set of VPLs stands for all light: its noise is the same at every pixel, and bright spots next to VPLs \

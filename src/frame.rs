@@ -186,7 +186,7 @@ pub(crate) fn construct(frame: &mut Frame, lights: &Lights, placement: BufferHan
             compaction::mark_lights(frame, lights, placement, &grid, 1, 1);
             compaction::compact_levels(frame, "S1", &grid, 1, 1);
             grid_scatter::add(frame, lights, placement, &grid, 1);
-            compaction::mark_grid_lights(frame, placement, &grid);
+            compaction::mark_grid_lights(frame, &grid);
             compaction::compact_levels(frame, "upper", &grid, 2, top);
             grid_gather::add(frame, placement, &grid);
         }

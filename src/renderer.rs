@@ -96,6 +96,15 @@ impl UploadedScene {
     }
 }
 
+/// What a frame of a mean does not share with the frames before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fresh {
+    /// Light paths, shadow samples, and where in the pixels it samples.
+    All,
+    /// Shadow samples alone: the light paths are those of the first frame, and pixels are sampled at their centres.
+    Shadows,
+}
+
 /// A compiled frame of one scene, camera and settings.
 pub struct Renderer {
     executor: Executor,
@@ -139,16 +148,19 @@ impl Renderer {
         Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape })
     }
 
-    /// Prepares frame `number` of a picture that is the mean of several: its seed and sampling points, the frame's
-    /// first random numbers. Frame 0 starts a new mean.
-    pub fn set_accumulated_frame(&mut self, number: u32) {
-        let jitter_px = if self.shape.accumulate { sampling_point(self.seed, number) } else { Vec2::ZERO };
+    /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
+    /// not share with the others. Frame 0 starts a new mean; where nothing accumulates, each frame stands alone.
+    pub fn set_accumulated_frame(&mut self, number: u32, fresh: Fresh) {
+        let everything = fresh == Fresh::All;
+        let jittered = self.shape.accumulate && everything;
+        let jitter_px = if jittered { sampling_point(self.seed, number) } else { Vec2::ZERO };
+        let frame_seed = if number == 0 { self.seed } else { hash(self.seed ^ hash(number)) };
         let view = View::new(&self.camera, self.shape.width_px, self.shape.height_px, jitter_px);
         self.data.clip_from_world = view.clip_from_world.to_cols_array_2d();
         self.data.forward[3] = jitter_px.x;
         self.data.up[3] = jitter_px.y;
-        self.data.lights[0] = if number == 0 { self.seed } else { hash(self.seed ^ hash(number)) };
-        self.data.accumulation[0] = number;
+        self.data.lights[0] = if everything { frame_seed } else { self.seed };
+        self.data.accumulation = [number, frame_seed, 0, 0];
     }
 
     /// Runs one frame and waits for it, repeated passes in submissions of about `max_submit_ms`.
@@ -280,19 +292,25 @@ fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result<()> {
     Ok(())
 }
 
+/// How a device updates reservoirs when these settings are asked for.
+///
+/// # Errors
+/// [`Error::Usage`] when it cannot do so in the way that they name.
+pub fn reservoir_mode(gpu: &Gpu, settings: &Settings) -> Result<Reservoir> {
+    match settings.reservoir {
+        Some(Reservoir::Exact) if !gpu.features().int64_atomics => Err(Error::Usage(
+            "--reservoir exact needs 64-bit buffer atomics, which this device lacks; use lock".to_owned(),
+        )),
+        Some(mode) => Ok(mode),
+        None if gpu.features().int64_atomics => Ok(Reservoir::Exact),
+        None => Ok(Reservoir::Lock),
+    }
+}
+
 /// The shape before calibration: sizes and modes; no paths, the fewest levels.
 fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<FrameShape> {
     let features = gpu.features();
-    let reservoir = match settings.reservoir {
-        Some(Reservoir::Exact) if !features.int64_atomics => {
-            return Err(Error::Usage(
-                "--reservoir exact needs 64-bit buffer atomics, which this device lacks; use lock".to_owned(),
-            ));
-        }
-        Some(mode) => mode,
-        None if features.int64_atomics => Reservoir::Exact,
-        None => Reservoir::Lock,
-    };
+    let reservoir = reservoir_mode(gpu, settings)?;
     let lighting_format =
         if features.blend_rgba32f { vk::Format::R32G32B32A32_SFLOAT } else { vk::Format::R16G16B16A16_SFLOAT };
     let shape = FrameShape {
@@ -465,7 +483,7 @@ fn frame_data(gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Sett
         counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
         lights: [settings.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
         tuning: [settings.alpha, (settings.clamp * radius).powi(2), exposure, RAY_OFFSET * radius],
-        accumulation: [0; 4],
+        accumulation: [0, settings.seed, 0, 0],
         levels: shape.levels.table(),
     }
 }

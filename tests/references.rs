@@ -6,7 +6,7 @@ use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
 use glam::Vec3;
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Fresh, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
 use gridlight::scene::{Camera, Light, Scene};
 use gridlight::settings::{Filter, Settings, Size, Switch, Technique};
@@ -37,7 +37,7 @@ fn render(scene: &Scene, settings: &Settings) -> Vec<Vec3> {
     let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
     for number in 0..settings.accumulate {
         if settings.accumulate > 1 {
-            renderer.set_accumulated_frame(number);
+            renderer.set_accumulated_frame(number, Fresh::All);
         }
         renderer.run_in_steps(200.0, &mut |_, _| ControlFlow::Continue(())).unwrap();
     }

@@ -25,6 +25,8 @@ uint first_shadow_level() { return frame.sampling.z; }
 uint first_level() { return frame.sampling.w; }
 uint top_level() { return frame.counts.x; }
 uint frame_seed() { return frame.lights.x; }
+// Of the random numbers that shadow samples take: another one than frame_seed() only where a mean keeps its VPLs.
+uint sampling_seed() { return frame.accumulation.y; }
 uint accumulated_frame() { return frame.accumulation.x; }
 // Where in a pixel the frame samples, from its centre, in pixels; y down.
 vec2 pixel_jitter() { return vec2(frame.forward.w, frame.up.w); }

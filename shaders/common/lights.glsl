@@ -56,6 +56,9 @@ uvec3 vertex_from_index(uint index, uint level) {
     return uvec3(index % n, (index / n) % n, index / (n * n));
 }
 
+// A vertex of S1 in units of the cells of a level, exact: the grids nest.
+vec3 s1_vertex_in_cells(uvec3 vertex, uint level) { return ldexp(vec3(vertex), ivec3(1 - int(level))); }
+
 // Trilinear weight of corner (0 or 1 per axis) for a position `fraction` inside its cell.
 float trilinear_weight(vec3 fraction, uvec3 corner) {
     vec3 w = mix(1.0 - fraction, fraction, equal(corner, uvec3(1u)));

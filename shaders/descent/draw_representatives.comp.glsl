@@ -34,7 +34,7 @@ void main() {
         if (share <= 0.0 || s1 == NO_LIGHT) {
             continue;
         }
-        uint random_state = hash(light, i, frame_seed() ^ 0x27d4eb2fu);
+        uint random_state = hash(light, i, sampling_seed() ^ 0x27d4eb2fu);
         for (uint r = 0u; r < REPRESENTATIVES; ++r) {
             uint key = race_key(random(random_state), share, index_bits);
             atomicMin(representatives[s1 * REPRESENTATIVES + r], key | light);

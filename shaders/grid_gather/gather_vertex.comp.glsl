@@ -1,6 +1,7 @@
-// One vertex of a level above S1 gathers the S1 lights within one cell of it, weighted trilinearly at their
-// centres (section 3.1). One workgroup per occupied vertex; its threads share the rows of the S1 grid.
-// A centre may lie up to one S1 cell from its vertex, hence the margin of the index range.
+// One vertex of a level above S1 gathers the S1 lights within one cell of it (section 3.1). Trilinear weights nest: that
+// of a light at a coarse vertex is the sum of its weights at the S1 vertices, each times the coarse weight of that S1
+// vertex. So S1 lights are weighted by where their vertices are, not their centres, and every moment is what scattering
+// all lights would give. One workgroup per occupied vertex; its threads share the rows of the S1 grid.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/lights.glsl"
@@ -31,9 +32,9 @@ shared vec4 shared_position_luminance[GATHER_SIZE];
 shared vec4 shared_square[GATHER_SIZE];
 shared vec4 shared_lobe[GATHER_SIZE];
 
-void add_light(inout Moments sums, GridLight light, vec3 vertex, float h) {
+void add_light(inout Moments sums, GridLight light, uvec3 s1_vertex, vec3 vertex, float h) {
     vec3 q = grid_position(light.position_ws, grid, level) - vertex;
-    vec3 hat = max(1.0 - abs(q), vec3(0.0));
+    vec3 hat = max(1.0 - abs(s1_vertex_in_cells(s1_vertex, level) - vertex), vec3(0.0));
     float weight = hat.x * hat.y * hat.z;
     float wm = weight * light.luminance;
     sums.flux_weight += weight * vec4(light.flux, light.weight);
@@ -55,7 +56,9 @@ void add_row(inout Moments sums, uint row, uint low, uint high, vec3 vertex, flo
             uint lowest = bits & (~bits + 1u);
             uint rank = ranks[word] + uint(bitCount(all & (lowest - 1u)));
             if (rank < level_count(1u)) {
-                add_light(sums, grid_lights[level_first(1u) + rank], vertex, h);
+                uint n = vertices_per_axis(1u);
+                uvec3 s1_vertex = uvec3(base + uint(findLSB(lowest)), row % n, row / n);
+                add_light(sums, grid_lights[level_first(1u) + rank], s1_vertex, vertex, h);
             }
         }
     }
@@ -81,8 +84,8 @@ void main() {
     float h = cell_size(grid.h_top, level);
     uint scale = 1u << (level - 1u);
     uvec3 middle = vertex * scale;
-    uvec3 low = middle - min(middle, uvec3(scale + 1u));
-    uvec3 high = min(middle + scale + 1u, uvec3(vertices_per_axis(1u) - 1u));
+    uvec3 low = middle - min(middle, uvec3(scale - 1u));
+    uvec3 high = min(middle + scale - 1u, uvec3(vertices_per_axis(1u) - 1u));
     uvec3 extent = high - low + 1u;
     Moments sums = Moments(vec4(0.0), vec4(0.0), vec3(0.0), vec3(0.0));
     for (uint i = lane; inside && i < extent.y * extent.z; i += GATHER_SIZE) {

@@ -25,7 +25,7 @@ void stream_into(uint base, uint light, float f, uint stream) {
 
 // Offers a light with weight f > 0 to every reservoir of a pixel.
 void update_reservoirs(uint pixel_index, uint light, float f) {
-    uint stream = hash(light, pixel_index, frame_seed());
+    uint stream = hash(light, pixel_index, sampling_seed());
 #if defined(RESERVOIR_EXACT)
     // The minimum of -ln(u) / f over all lights falls on a light with probability f / sum of f (exponential race).
     uint base = pixel_index * shadow_sample_count();

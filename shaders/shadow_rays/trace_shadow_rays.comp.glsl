@@ -145,7 +145,7 @@ void main() {
         receiver.origin =
             receiver.position_ws + unpack_octahedral(normals.y) * surface_offset(receiver.position_ws);
         uint index = reservoir_index(interleaved);
-        uint random_state = hash(index, frame_seed() ^ 0x5bd1e995u);
+        uint random_state = hash(index, sampling_seed() ^ 0x5bd1e995u);
         float share = 1.0 / float(shadow_sample_count());
         for (uint i = 0u; i < shadow_sample_count(); ++i) {
             uint light = selected_light(index, i);

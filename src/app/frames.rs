@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::progress::Progress;
-use crate::renderer::Renderer;
+use crate::renderer::{Fresh, Renderer};
 use crate::report::timings::FrameTimes;
 use crate::settings::Settings;
 
@@ -33,7 +33,7 @@ pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progr
     let mut interrupted = None;
     for index in 0..warmup + measured {
         if settings.accumulate > 1 {
-            renderer.set_accumulated_frame(index.saturating_sub(warmup) as u32);
+            renderer.set_accumulated_frame(index.saturating_sub(warmup) as u32, Fresh::All);
         }
         let mut on_step = |done: u32, total: u32| {
             bar.set(SUBDIVISION * index + SUBDIVISION * u64::from(done) / u64::from(total.max(1)));

@@ -9,7 +9,7 @@ use super::frames::{Frames, run_frames};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::graph::to_dot;
 use crate::progress::{Bar, Progress};
-use crate::renderer::{Renderer, UploadedScene};
+use crate::renderer::{Fresh, Renderer, UploadedScene};
 use crate::report::dump;
 use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::files::Outputs;
@@ -43,7 +43,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let dump = match dump {
         Some(target) if interrupted.is_none() => {
             if settings.accumulate > 1 {
-                renderer.set_accumulated_frame(frame_count as u32);
+                renderer.set_accumulated_frame(frame_count as u32, Fresh::All);
                 frame_count += 1;
             }
             Some(write_dump(target, settings, &gpu, (&scene, &uploaded, camera), &renderer)?)
@@ -104,12 +104,12 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     Ok(())
 }
 
-fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
+pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
     let options = GpuOptions { select: settings.gpu.clone(), validation: settings.validation, baseline_only: false };
     Gpu::new(&options)
 }
 
-fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
+pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
     let bar: RefCell<Option<(String, Bar)>> = RefCell::new(None);
     let report = |step: &str, done: u64, total: u64| {
         let mut current = bar.borrow_mut();
@@ -126,7 +126,7 @@ fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
     }
 }
 
-fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<UploadedScene> {
+pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<UploadedScene> {
     let bar = progress.bar("BVH", 1);
     let uploaded = UploadedScene::new(gpu, scene)?;
     bar.set(1);
@@ -134,7 +134,7 @@ fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<Uploaded
 }
 
 /// The camera of that name or index; the first when none is named.
-fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera> {
+pub(super) fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera> {
     let found = match wanted {
         None => scene.cameras.first(),
         Some(name) => {
@@ -198,7 +198,8 @@ fn settings_as_used(settings: &Settings, renderer: &Renderer) -> Settings {
     Settings { reservoir: Some(renderer.shape().reservoir), ..settings.clone() }
 }
 
-fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
+/// What a report says of the scene.
+pub(super) fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
     SceneInfo {
         name: scene.name.clone(),
         path: settings.scene.as_ref().map(|p| p.display().to_string()),

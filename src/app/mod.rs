@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod diff_dumps;
+pub mod error_report;
 mod frames;
 pub mod headless;
 pub mod list_gpus;
@@ -39,6 +40,10 @@ fn execute(command: Command) -> Result<()> {
         }
         Command::Compare(args) => compare::compare(&args),
         Command::DiffDumps(args) => diff_dumps::diff(&args),
+        Command::ErrorReport { settings, options, verbosity } => {
+            start_log(verbosity);
+            error_report::report(&settings, &options, verbosity.quiet)
+        }
         Command::ListGpus { verbosity } => {
             start_log(verbosity);
             list_gpus::list()

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ArgAction;
 
+use super::error_report::ErrorReportArgs;
 use crate::compare::ImageLimits;
 use crate::report::FileKind;
 use crate::settings::Exposure;
@@ -21,6 +22,9 @@ pub(super) enum Subcommand {
     Compare(CompareArgs),
     /// Compare two dumps pass by pass and name the first pass that differs (exit 3 when one does)
     DiffDumps(DiffDumpsArgs),
+    /// Render in stages, and split the error of the method by cause
+    #[command(after_help = super::error_report::HELP)]
+    ErrorReport(ErrorReportArgs),
 }
 
 /// The files to compare, and what to do with what is found.

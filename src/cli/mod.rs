@@ -1,18 +1,23 @@
 //! The command line: what it accepts, and how it overrides a settings file.
 
 mod commands;
+mod error_report;
 mod options;
 
 use std::ffi::OsString;
 
-use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::settings::Settings;
 use crate::{Error, Result};
 use commands::Subcommand;
 pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs};
-use options::{DeviceArgs, DiagnosticsArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs, ShadowArgs};
+pub use error_report::{ErrorReportOptions, REPORT_FILES};
+use options::{
+    DeviceArgs, DiagnosticsArgs, FrameArgs, GraphArgs, ListArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs,
+    ShadowArgs, TechniqueArgs, ViewArgs,
+};
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
 
@@ -46,6 +51,15 @@ pub enum Command {
     Compare(Box<CompareArgs>),
     /// Compare two dumps.
     DiffDumps(DiffDumpsArgs),
+    /// Render in stages and split the error by cause.
+    ErrorReport {
+        /// The (valid) settings that the stages vary.
+        settings: Box<Settings>,
+        /// How much is rendered, and where the report goes.
+        options: ErrorReportOptions,
+        /// How much to say.
+        verbosity: Verbosity,
+    },
     /// Print this text (help or version) on stdout.
     Show(String),
 }
@@ -61,7 +75,13 @@ pub struct Args {
     #[command(flatten)]
     run: RunArgs,
     #[command(flatten)]
+    frames: FrameArgs,
+    #[command(flatten)]
     picture: PictureArgs,
+    #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
+    technique: TechniqueArgs,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -69,7 +89,11 @@ pub struct Args {
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
+    list: ListArgs,
+    #[command(flatten)]
     output: OutputArgs,
+    #[command(flatten)]
+    graph: GraphArgs,
     #[command(flatten)]
     diagnostics: DiagnosticsArgs,
 }
@@ -84,7 +108,8 @@ where
     I: IntoIterator,
     I::Item: Into<OsString> + Clone,
 {
-    match Args::try_parse_from(args) {
+    let command = error_report::state_defaults(Args::command());
+    match command.try_get_matches_from(args).and_then(|matches| Args::from_arg_matches(&matches)) {
         Ok(args) => args.into_command(),
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
             Ok(Command::Show(error.to_string()))
@@ -104,13 +129,14 @@ impl Args {
                 dumps.check()?;
                 return Ok(Command::DiffDumps(dumps));
             }
+            Some(Subcommand::ErrorReport(args)) => return args.into_command(),
             None => {}
         }
-        let verbosity = Verbosity { verbose: self.diagnostics.verbose, quiet: self.diagnostics.quiet };
-        if self.device.list_gpus {
+        let verbosity = self.diagnostics.verbosity();
+        if self.list.list_gpus {
             return Ok(Command::ListGpus { verbosity });
         }
-        let print_graph = self.diagnostics.print_graph;
+        let print_graph = self.graph.print_graph;
         let settings = Box::new(self.into_settings()?);
         if !settings.headless && !print_graph {
             return Err(Error::Usage("there is no window yet: add --headless to render without one".to_owned()));
@@ -123,11 +149,13 @@ impl Args {
         let file = self.run.settings.clone();
         let mut settings = file.as_deref().map_or_else(|| Ok(Settings::default()), Settings::read)?;
         self.run.apply(&mut settings);
+        self.frames.apply(&mut settings);
         self.picture.apply(&mut settings);
+        self.view.apply(&mut settings);
+        self.technique.apply(&mut settings);
         self.method.apply(&mut settings);
         self.shadows.apply(&mut settings);
-        settings.gpu = self.device.gpu.or(settings.gpu);
-        settings.validation |= self.device.validation;
+        self.device.apply(&mut settings);
         self.output.apply(&mut settings);
         if file.is_some() && file == settings.timings {
             return Err(Error::Usage("timings would overwrite the settings file: give another name".to_owned()));

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::ArgAction;
 
+use super::Verbosity;
 use crate::settings::{
     Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, Settings, ShadowPoints, Size, Switch,
     Technique, View,
@@ -14,6 +15,14 @@ use crate::settings::{
 pub(super) struct RunArgs {
     /// glTF or GLB file to render [default: the built-in scene]
     pub scene: Option<PathBuf>,
+    /// Read settings from a TOML or .json file; its keys are the long options, which override it
+    #[arg(long, value_name = "FILE")]
+    pub settings: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Run")]
+pub(super) struct FrameArgs {
     /// Render without a window; needs no display
     #[arg(long)]
     pub headless: bool,
@@ -23,9 +32,6 @@ pub(super) struct RunArgs {
     /// Frames rendered before the measured ones [default: 0]
     #[arg(long, value_name = "N")]
     pub warmup: Option<u32>,
-    /// Read settings from a TOML or .json file; its keys are the long options, which override it
-    #[arg(long, value_name = "FILE")]
-    pub settings: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -40,6 +46,11 @@ pub(super) struct PictureArgs {
     /// Factor on the radiance in PNG pictures, above 0, or `auto` [default: auto]
     #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true)]
     pub exposure: Option<Exposure>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Picture")]
+pub(super) struct ViewArgs {
     /// What the picture shows: final, albedo, normal, depth, direct, indirect, shadow-ratio, shadow-ratio-filtered,
     /// selected-level, overdraw, light-count, level-weights or vpls [default: final]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME")]
@@ -48,7 +59,7 @@ pub(super) struct PictureArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Method")]
-pub(super) struct MethodArgs {
+pub(super) struct TechniqueArgs {
     /// The lighting grid hierarchy, direct light alone, or a reference: every light at every pixel, or path tracing
     /// [default: lgh]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "lgh|direct|brute-force|path-trace")]
@@ -62,6 +73,11 @@ pub(super) struct MethodArgs {
     /// Direct light [default: on]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "on|off")]
     pub direct: Option<Switch>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Method")]
+pub(super) struct MethodArgs {
     /// Lights of the hierarchy: traced virtual point lights, the scene's point lights, or both [default: vpl]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "vpl|scene|both")]
     pub lights: Option<LightSet>,
@@ -134,12 +150,17 @@ pub(super) struct DeviceArgs {
     /// Device, by its index in --list-gpus or by a part of its name [default: the most capable]
     #[arg(long, value_name = "INDEX|NAME")]
     pub gpu: Option<String>,
-    /// List the devices, with each optional feature found or missing, and stop
-    #[arg(long)]
-    pub list_gpus: bool,
     /// Run under the Vulkan validation layers; any message is a failure (exit 4)
     #[arg(long)]
     pub validation: bool,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Device")]
+pub(super) struct ListArgs {
+    /// List the devices, with each optional feature found or missing, and stop
+    #[arg(long)]
+    pub list_gpus: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -158,10 +179,18 @@ pub(super) struct OutputArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Diagnostics")]
-pub(super) struct DiagnosticsArgs {
+pub(super) struct GraphArgs {
     /// Print the frame graph (Graphviz) on stdout and stop
     #[arg(long)]
     pub print_graph: bool,
+    /// Print the version
+    #[arg(short = 'V', long, action = ArgAction::Version)]
+    pub version: Option<bool>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Diagnostics")]
+pub(super) struct DiagnosticsArgs {
     /// Say more on stderr; repeat for still more
     #[arg(short, long, action = ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
@@ -171,14 +200,16 @@ pub(super) struct DiagnosticsArgs {
     /// Print this help
     #[arg(short, long, action = ArgAction::Help)]
     pub help: Option<bool>,
-    /// Print the version
-    #[arg(short = 'V', long, action = ArgAction::Version)]
-    pub version: Option<bool>,
 }
 
 impl RunArgs {
     pub fn apply(self, settings: &mut Settings) {
         settings.scene = self.scene.or(settings.scene.take());
+    }
+}
+
+impl FrameArgs {
+    pub fn apply(self, settings: &mut Settings) {
         settings.headless |= self.headless;
         set(&mut settings.frames, self.frames);
         set(&mut settings.warmup, self.warmup);
@@ -190,16 +221,26 @@ impl PictureArgs {
         set(&mut settings.size, self.size);
         settings.camera = self.camera.or(settings.camera.take());
         set(&mut settings.exposure, self.exposure);
+    }
+}
+
+impl ViewArgs {
+    pub fn apply(self, settings: &mut Settings) {
         set(&mut settings.view, self.view);
     }
 }
 
-impl MethodArgs {
+impl TechniqueArgs {
     pub fn apply(self, settings: &mut Settings) {
         set(&mut settings.technique, self.technique);
         set(&mut settings.samples, self.samples);
         set(&mut settings.accumulate, self.accumulate);
         set(&mut settings.direct, self.direct);
+    }
+}
+
+impl MethodArgs {
+    pub fn apply(self, settings: &mut Settings) {
         set(&mut settings.lights, self.lights);
         set(&mut settings.vpls, self.vpls);
         set(&mut settings.bounces, self.bounces);
@@ -224,6 +265,19 @@ impl ShadowArgs {
         set(&mut settings.shadow_points, self.shadow_points);
         settings.reservoir = self.reservoir.or(settings.reservoir);
         set(&mut settings.filter, self.filter);
+    }
+}
+
+impl DeviceArgs {
+    pub fn apply(self, settings: &mut Settings) {
+        settings.gpu = self.gpu.or(settings.gpu.take());
+        settings.validation |= self.validation;
+    }
+}
+
+impl DiagnosticsArgs {
+    pub fn verbosity(&self) -> Verbosity {
+        Verbosity { verbose: self.verbose, quiet: self.quiet }
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Add;
 use glam::{UVec3, Vec3};
 
 use super::count_lights::LevelTable;
-use super::grid::Grid;
+use super::grid::{Grid, s1_vertex_in_cells};
 use crate::settings::Center;
 use crate::shared::{GATHER_SIZE, GridLight};
 
@@ -67,8 +67,8 @@ impl Source<'_> {
         let last = self.grid.levels.vertices_per_axis(1) - 1;
         let scale = 1 << (self.level - 1);
         let middle = vertex * scale;
-        let low = middle - middle.min(UVec3::splat(scale + 1));
-        let high = (middle + (scale + 1)).min(UVec3::splat(last));
+        let low = middle - middle.min(UVec3::splat(scale - 1));
+        let high = (middle + (scale - 1)).min(UVec3::splat(last));
         let extent = high - low + 1;
         let mut lanes = [Moments::default(); GATHER_SIZE as usize];
         for i in 0..extent.y * extent.z {
@@ -94,16 +94,18 @@ impl Source<'_> {
             for bit in (0..32).filter(|bit| all >> bit & 1 == 1).filter(inside) {
                 let rank = self.ranks[word as usize] + (all & ((1 << bit) - 1)).count_ones();
                 if let Some(light) = self.s1.get(rank as usize) {
-                    self.add_light(sums, light, vertex);
+                    let n = self.grid.levels.vertices_per_axis(1);
+                    let s1_vertex = UVec3::new((word - first) * 32 + bit, row % n, row / n);
+                    self.add_light(sums, light, s1_vertex, vertex);
                 }
             }
         }
     }
 
-    fn add_light(&self, sums: &mut Moments, light: &GridLight, vertex: Vec3) {
+    fn add_light(&self, sums: &mut Moments, light: &GridLight, s1_vertex: UVec3, vertex: Vec3) {
         let h = self.grid.cell_size(self.level);
         let q = self.grid.grid_position(light.position_ws, self.level) - vertex;
-        let hat = (1.0 - q.abs()).max(Vec3::ZERO);
+        let hat = (1.0 - (s1_vertex_in_cells(s1_vertex, self.level) - vertex).abs()).max(Vec3::ZERO);
         let weight = hat.x * hat.y * hat.z;
         let wm = weight * light.luminance;
         sums.flux += weight * Vec3::from_array(light.flux);

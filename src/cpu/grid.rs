@@ -68,6 +68,12 @@ pub fn corner(index: u32) -> UVec3 {
     UVec3::new(index & 1, (index >> 1) & 1, index >> 2)
 }
 
+/// A vertex of S1 in units of the cells of a level, exact: the grids nest.
+#[must_use]
+pub fn s1_vertex_in_cells(vertex: UVec3, level: u32) -> Vec3 {
+    vertex.as_vec3() * 2.0_f32.powi(1 - level as i32)
+}
+
 /// Trilinear weight of a corner for a position `fraction` inside its cell.
 #[must_use]
 pub fn trilinear_weight(fraction: Vec3, corner: UVec3) -> f32 {

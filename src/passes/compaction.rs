@@ -107,13 +107,12 @@ pub fn mark_lights(
 }
 
 /// Adds the pass that marks levels 2..=Lmax from the S1 lights.
-pub fn mark_grid_lights(frame: &mut Frame, placement: BufferHandle, grid: &GridLights) {
+pub fn mark_grid_lights(frame: &mut Frame, grid: &GridLights) {
     let pass = frame
         .compute("compaction/mark_grid_lights", shader("compaction/mark_grid_lights", per_light(grid, 1)))
         .bind(1, grid.lights, Access::ComputeRead)
-        .bind(2, placement, Access::ComputeRead)
-        .bind(3, grid.occupancy, Access::ComputeReadWrite)
-        .bind(4, grid.level_table, Access::ComputeRead)
+        .bind(2, grid.occupancy, Access::ComputeReadWrite)
+        .bind(3, grid.level_table, Access::ComputeRead)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);
 }

@@ -151,6 +151,14 @@ impl Settings {
     /// [`Error::File`] when the file cannot be read or is not TOML (or JSON) at all, [`Error::Usage`]
     /// when it has an unknown key or a value of the wrong kind.
     pub fn read(path: &Path) -> Result<Self> {
+        Ok(Self::read_with_keys(path)?.0)
+    }
+
+    /// [`Self::read`] together with the keys that the file has.
+    ///
+    /// # Errors
+    /// Those of [`Self::read`].
+    pub fn read_with_keys(path: &Path) -> Result<(Self, Vec<String>)> {
         let text = std::fs::read_to_string(path)
             .map_err(|error| Error::file(path, format!("cannot read the settings file: {error}")))?;
         let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
@@ -166,8 +174,8 @@ impl Settings {
     }
 }
 
-fn from_toml(path: &Path, text: &str) -> Result<Settings> {
-    toml::from_str(text).map_err(|error| {
+fn from_toml(path: &Path, text: &str) -> Result<(Settings, Vec<String>)> {
+    let settings = toml::from_str(text).map_err(|error| {
         let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
         let message = error.message();
         if toml::from_str::<toml::Table>(text).is_err() {
@@ -176,11 +184,13 @@ fn from_toml(path: &Path, text: &str) -> Result<Settings> {
         } else {
             bad_setting(path, line, message)
         }
-    })
+    })?;
+    let table: toml::Table = toml::from_str(text).map_err(|error| bad_setting(path, None, error.message()))?;
+    Ok((settings, table.keys().cloned().collect()))
 }
 
-fn from_json(path: &Path, text: &str) -> Result<Settings> {
-    serde_json::from_str(text).map_err(|error| {
+fn from_json(path: &Path, text: &str) -> Result<(Settings, Vec<String>)> {
+    let settings = serde_json::from_str(text).map_err(|error| {
         if error.is_data() {
             let message = error.to_string();
             let message = message.split(" at line ").next().unwrap_or(&message);
@@ -188,7 +198,10 @@ fn from_json(path: &Path, text: &str) -> Result<Settings> {
         } else {
             Error::file(path, format!("not a JSON file: {error}"))
         }
-    })
+    })?;
+    let keys: std::collections::BTreeMap<String, serde::de::IgnoredAny> =
+        serde_json::from_str(text).map_err(|error| bad_setting(path, None, &error.to_string()))?;
+    Ok((settings, keys.into_keys().collect()))
 }
 
 fn bad_setting(path: &Path, line: Option<usize>, message: &str) -> Error {

@@ -34,7 +34,7 @@ pub struct FrameData {
     pub lights: [u32; 4],
     /// Alpha; squared singularity clamp; exposure (0 = automatic); ray offset.
     pub tuning: [f32; 4],
-    /// Number of the frame among those accumulated, from 0; the rest unused.
+    /// Number of the frame among those accumulated, from 0; seed of the shadow samples; the rest unused.
     pub accumulation: [u32; 4],
     /// Per level 0..=MAX_LEVEL+1: vertices per axis; words per row; first word; first word of the next level.
     pub levels: [[u32; 4]; LEVEL_ROWS],

@@ -177,6 +177,7 @@ pub fn frame_data(shape: &FrameShape, scene_radius: f32) -> FrameData {
         counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
         lights: [1, 0, 0, shape.scene_light_count],
         tuning: [1.0, 0.0, 0.0, 0.0],
+        accumulation: [0, 1, 0, 0],
         levels: shape.levels.table(),
         ..bytemuck::Zeroable::zeroed()
     }

@@ -34,9 +34,9 @@ class Grid:
         scale = np.float32(self.inverse_h_top * np.float32(2.0 ** (self.top - level)))
         return np.clip((positions - self.origin) * scale, 0, self.vertices(level) - 1).astype(np.float64)
 
-    def corners(self, positions, level):
-        """Of the eight vertices around each position: index in the level, trilinear weight, offset in cells."""
-        n, cells = self.vertices(level), self.cells(positions, level)
+    def corners(self, cells, level):
+        """Of the eight vertices around each position in cells: index in the level, trilinear weight, offset."""
+        n = self.vertices(level)
         cell = np.minimum(np.floor(cells), n - 2)
         fraction = cells - cell
         for i in range(8):
@@ -93,7 +93,7 @@ def moments(dump, _rng, _pixels):
         found = dump.get(f"grid_scatter/S{level}", "moments") * FIXED_POINT
         vertices = dump.get(dump.grid_lights(level), "grid_lights")["vertex"]
         sums = np.zeros(found.shape)
-        for index, w, q in grid.corners(lights["position_ws"], level):
+        for index, w, q in grid.corners(grid.cells(lights["position_ws"], level), level):
             wm = np.where(w > 0.0, np.maximum(w * m, FIXED_POINT), 0.0)[:, None]
             w = w[:, None]
             values = np.concatenate([w, wm, wm * q, wm * q * q, wm * normal, w * flux], axis=1)
@@ -143,8 +143,10 @@ def gathered_lights(dump, _rng, _pixels):
             continue
         found = dump.get(f"grid_gather/S{level}", "grid_lights")
         h, sums = grid.edge(level), np.zeros((len(found), 14))
-        for index, w, q in grid.corners(s1["position_ws"], level):
-            w = w[:, None]
+        at_vertex = grid.vertex_position(s1["vertex"], 1) * 0.5 ** (level - 1)
+        off_vertex = grid.cells(s1["position_ws"], level) - at_vertex
+        for index, w, q in grid.corners(at_vertex, level):
+            w, q = w[:, None], q + off_vertex
             wm = w * s1["luminance"][:, None]
             square = wm * (s1["variance"] / (h * h) + q * q)
             values = [w * s1["weight"][:, None], wm, wm * q, square, wm * s1["lobe"], w * s1["flux"]]

@@ -31,6 +31,10 @@ pub struct ErrorReport {
     pub scene: SceneInfo,
     /// The settings that the stages vary.
     pub settings: Settings,
+    /// Paths per pixel of the path-traced reference.
+    pub reference_samples: u32,
+    /// Frames that stages with shadow samples are the mean of.
+    pub frames_per_stage: u32,
     /// Factor on the radiance of every picture before tone mapping.
     pub exposure: f64,
     /// Whether the run was stopped before its last stage.

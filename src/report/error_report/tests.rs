@@ -44,6 +44,8 @@ fn report() -> ErrorReport {
         machine: Machine { cpu: "a processor".to_owned(), cores: 2, os: "a system".to_owned() },
         scene: SceneInfo { name: "<script>court & yard".to_owned(), triangles: 12, ..SceneInfo::default() },
         settings: Settings { size: Size { width: 160, height: 90 }, ..Settings::default() },
+        reference_samples: 512,
+        frames_per_stage: 16,
         exposure: 0.5,
         interrupted: false,
         stages,

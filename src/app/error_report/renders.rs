@@ -1,0 +1,155 @@
+//! Renders the recipes of the error report, each once.
+
+use std::ops::ControlFlow;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::stages::{Frames, Recipe};
+use crate::compare::{Image, Tone, metrics};
+use crate::cpu::random::hash;
+use crate::gpu::Gpu;
+use crate::progress::{Bar, Progress};
+use crate::renderer::{Fresh, Renderer, UploadedScene};
+use crate::scene::Camera;
+use crate::settings::{Settings, Technique};
+use crate::{Error, Result, interrupt};
+
+/// Steps of a progress bar per frame.
+const SUBDIVISION: u64 = 100;
+
+/// A picture and what is known of it.
+#[derive(Debug)]
+pub struct Rendered {
+    /// Linear radiance.
+    pub image: Image,
+    /// Milliseconds of all its frames on the GPU's clock.
+    pub ms: f64,
+    /// An estimate of its own noise; `None` where there is none or it cannot be told.
+    pub noise: Option<Noise>,
+}
+
+/// How far a picture is from what it converges to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Relative mean squared error.
+    pub relmse: f64,
+    /// The same of 8x8 blocks; `None` where there are none.
+    pub smooth_relmse: Option<f64>,
+}
+
+/// Where pictures are taken.
+pub struct Studio<'a> {
+    gpu: &'a Arc<Gpu>,
+    scene: &'a UploadedScene,
+    camera: &'a Camera,
+    progress: Progress,
+    taken: Vec<(Recipe, Rc<Rendered>)>,
+}
+
+impl<'a> Studio<'a> {
+    /// A studio without pictures.
+    pub fn new(gpu: &'a Arc<Gpu>, scene: &'a UploadedScene, camera: &'a Camera, progress: Progress) -> Self {
+        Self { gpu, scene, camera, progress, taken: Vec::new() }
+    }
+
+    /// The picture of a recipe, rendered when it is asked for the first time, under a progress bar of this name.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] when the user stops the run before the picture is finished; device errors.
+    pub fn picture(&mut self, recipe: &Recipe, name: &str) -> Result<Rc<Rendered>> {
+        if let Some((_, rendered)) = self.taken.iter().find(|(known, _)| known == recipe) {
+            return Ok(Rc::clone(rendered));
+        }
+        let bar = self.progress.bar(name, SUBDIVISION);
+        let rendered = match recipe.settings.technique {
+            Technique::PathTrace => self.path_trace(&recipe.settings, &bar),
+            _ => self.frames(&recipe.settings, recipe.frames, &|done| bar.set(done)),
+        };
+        bar.finish();
+        let rendered = Rc::new(rendered?);
+        self.taken.push((recipe.clone(), Rc::clone(&rendered)));
+        Ok(rendered)
+    }
+
+    /// Two halves of the samples with seeds of their own: their difference tells the noise of their mean.
+    fn path_trace(&self, settings: &Settings, bar: &Bar) -> Result<Rendered> {
+        let samples = [settings.samples.div_ceil(2), settings.samples / 2];
+        if samples[1] == 0 {
+            return self.frames(settings, Frames::One, &|done| bar.set(done));
+        }
+        let half = |index: usize, seed: u32| {
+            let settings = Settings { samples: samples[index], seed, ..settings.clone() };
+            let before = index as u64 * SUBDIVISION / 2;
+            self.frames(&settings, Frames::One, &|done| bar.set(before + done / 2))
+        };
+        let (first, second) = (half(0, settings.seed)?, half(1, hash(settings.seed))?);
+        let share = samples[1] as f32 / settings.samples as f32;
+        let mean = mix(&first.image, &second.image, share)?;
+        // A half is as far from the mean of both as that mean is expected to be from the truth.
+        let noise = metrics(&mean, &first.image, Tone::Srgb, None)?;
+        let noise = noise.relmse.map(|relmse| Noise { relmse, smooth_relmse: noise.smooth_relmse });
+        Ok(Rendered { image: mean, ms: first.ms + second.ms, noise })
+    }
+
+    /// Renders frames with the same light paths; `report` gets the part that is done, of [`SUBDIVISION`].
+    fn frames(&self, settings: &Settings, frames: Frames, report: &dyn Fn(u64)) -> Result<Rendered> {
+        check_interruption()?;
+        let (first, count) = match frames {
+            Frames::One => (0, 1),
+            Frames::Mean(count) => (0, count),
+            Frames::OneAfter(count) => (count, 1),
+        };
+        let settings = Settings { accumulate: count, ..settings.clone() };
+        let mut renderer = Renderer::new(self.gpu, self.scene, self.camera, &settings)?;
+        if matches!(settings.technique, Technique::Lgh | Technique::Direct) {
+            // Some drivers compile shaders when they first run: that is no part of a frame of milliseconds.
+            run_frame(&mut renderer, first, &settings, &|_| ())?;
+        }
+        let mut ms = 0.0;
+        for index in 0..count {
+            check_interruption()?;
+            let part = |done: f64| report((SUBDIVISION as f64 * (f64::from(index) + done) / f64::from(count)) as u64);
+            ms += run_frame(&mut renderer, first + index, &settings, &part)?;
+            part(1.0);
+        }
+        let size = settings.size;
+        let image = Image::new(size.width as usize, size.height as usize, renderer.read_radiance()?)?;
+        Ok(Rendered { image, ms, noise: None })
+    }
+}
+
+/// Milliseconds of one frame on the GPU's clock; `report` gets the part that is done, 0 to 1.
+fn run_frame(renderer: &mut Renderer, number: u32, settings: &Settings, report: &dyn Fn(f64)) -> Result<f64> {
+    renderer.set_accumulated_frame(number, Fresh::Shadows);
+    let mut on_step = |done: u32, total: u32| {
+        report(f64::from(done) / f64::from(total.max(1)));
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
+    if frame.rounds_done < frame.rounds { Err(interrupted()) } else { Ok(frame.times.pass_ms.iter().sum()) }
+}
+
+fn check_interruption() -> Result<()> {
+    if interrupt::requested() { Err(interrupted()) } else { Ok(()) }
+}
+
+fn interrupted() -> Error {
+    Error::Interrupted("interrupted while a picture was rendered".to_owned())
+}
+
+/// `(1 - share) * a + share * b`.
+fn mix(a: &Image, b: &Image, share: f32) -> Result<Image> {
+    combine(a, b, |a, b| a + (b - a) * share)
+}
+
+/// The sum of two pictures.
+///
+/// # Errors
+/// [`Error::Failure`] when they have no pixels.
+pub fn sum(a: &Image, b: &Image) -> Result<Image> {
+    combine(a, b, |a, b| a + b)
+}
+
+fn combine(a: &Image, b: &Image, value: impl Fn(f32, f32) -> f32) -> Result<Image> {
+    Image::new(a.width, a.height, a.rgb.iter().zip(&b.rgb).map(|(a, b)| value(*a, *b)).collect())
+}

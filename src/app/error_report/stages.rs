@@ -1,0 +1,283 @@
+//! What the stages of the error report render: a list of recipes, made from the settings alone.
+
+use crate::cli::ErrorReportOptions;
+use crate::settings::{Build, Filter, Settings, Switch, Technique};
+
+/// The frames that a picture comes from. All of them have the same light paths and sampling points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frames {
+    /// One frame.
+    One,
+    /// The mean of so many frames with shadow samples of their own.
+    Mean(u32),
+    /// One frame with shadow samples that no mean of so many frames has.
+    OneAfter(u32),
+}
+
+/// How a picture comes about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recipe {
+    /// The settings of its frames.
+    pub settings: Settings,
+    /// The frames.
+    pub frames: Frames,
+}
+
+/// One of the two pictures of a stage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// What it shows, a few words.
+    pub label: String,
+    /// How it comes about.
+    pub recipe: Recipe,
+    /// Direct light to be added to it.
+    pub direct: Option<Recipe>,
+}
+
+/// What a stage compares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StagePlan {
+    /// Name of the stage.
+    pub name: String,
+    /// What makes the two pictures differ, one sentence.
+    pub cause: String,
+    /// The picture without the approximation.
+    pub reference: Picture,
+    /// The picture with it.
+    pub test: Picture,
+    /// What limits the comparison, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// The stages in the order of the method's approximations.
+#[must_use]
+pub fn plan(settings: &Settings, options: &ErrorReportOptions) -> Vec<StagePlan> {
+    let planner = Planner { settings, options };
+    let mut stages = vec![planner.vpl_sampling(), planner.clamp(), planner.hierarchy(), planner.build()];
+    stages.extend([planner.shadow_sampling(), planner.noise(), planner.filter(), planner.filtered_shadows()]);
+    stages.extend([2, 4].map(|side| planner.interleave(side)));
+    stages.push(planner.whole_method());
+    stages
+}
+
+/// Makes the stages' recipes from the settings.
+struct Planner<'a> {
+    settings: &'a Settings,
+    options: &'a ErrorReportOptions,
+}
+
+impl Planner<'_> {
+    fn vpl_sampling(&self) -> StagePlan {
+        let notes = vec![
+            "One set of VPLs stands for all light: its noise is the same at every pixel, and bright spots next to VPLs \
+             belong to it."
+                .to_owned(),
+        ];
+        let cause = "Virtual point lights carry the light instead of paths from every pixel.";
+        stage("VPL sampling", cause, self.path_traced(), self.every_vpl(0.0, Switch::On), notes)
+    }
+
+    fn clamp(&self) -> StagePlan {
+        let clamp = self.settings.clamp;
+        let notes = if clamp == 0.0 { vec!["The settings do not clamp.".to_owned()] } else { Vec::new() };
+        let cause = format!("VPLs nearer than {clamp} of the scene radius count as if they were that far away.");
+        stage("clamp", &cause, self.every_vpl(0.0, Switch::On), self.every_vpl(clamp, Switch::On), notes)
+    }
+
+    fn hierarchy(&self) -> StagePlan {
+        let cause = "Grid lights stand for the VPLs further away, without shadows on either side.";
+        stage(
+            "hierarchy",
+            cause,
+            self.every_vpl(self.settings.clamp, Switch::Off),
+            self.unshadowed(self.settings.build),
+            Vec::new(),
+        )
+    }
+
+    fn build(&self) -> StagePlan {
+        let cause = "Coarse levels gather from the finest instead of from every VPL.";
+        let (reference, test) = (self.unshadowed(Build::Scatter), self.unshadowed(Build::Gather));
+        stage("build", cause, reference, test, Vec::new())
+    }
+
+    fn shadow_sampling(&self) -> StagePlan {
+        let mut notes = self.shadow_notes();
+        notes.push(
+            "Where no sample of a frame carries light, it counts as unshadowed; the filter mends that.".to_owned(),
+        );
+        let cause = "A few shadow rays to chosen lights darken all of the light by one ratio.";
+        let reference = self.every_vpl(self.settings.clamp, Switch::On);
+        stage("shadow sampling", cause, reference, self.mean(Filter::None, 1), notes)
+    }
+
+    fn noise(&self) -> StagePlan {
+        let frames = self.options.frames_per_stage;
+        let label = "one frame, unfiltered".to_owned();
+        let recipe = Recipe { frames: Frames::OneAfter(frames), ..self.mean(Filter::None, 1).recipe };
+        let notes = vec![format!("The mean's own noise, 1/{frames} of the variance, is in it.")];
+        let cause = "The shadow samples of a single frame.";
+        stage("noise of a frame", cause, self.mean(Filter::None, 1), Picture { label, recipe, direct: None }, notes)
+    }
+
+    fn filter(&self) -> StagePlan {
+        let cause = "The shadow estimates are blurred across each surface.";
+        let mut notes = Vec::new();
+        if self.settings.filter == Filter::None {
+            notes.push("The settings leave this filter out.".to_owned());
+        }
+        stage("filter", cause, self.mean(Filter::None, 1), self.mean(Filter::Atrous, 1), notes)
+    }
+
+    fn filtered_shadows(&self) -> StagePlan {
+        let cause = "Shadow samples and their filter together.";
+        let reference = self.every_vpl(self.settings.clamp, Switch::On);
+        stage("filtered shadows", cause, reference, self.mean(Filter::Atrous, 1), self.shadow_notes())
+    }
+
+    fn shadow_notes(&self) -> Vec<String> {
+        let mut notes = vec!["The error of the hierarchy itself is in it.".to_owned()];
+        if self.settings.shadow_from > 0 {
+            notes.push(format!("Lights below level {} get no shadow samples.", self.settings.shadow_from));
+        }
+        notes
+    }
+
+    fn interleave(&self, side: u32) -> StagePlan {
+        let filter = self.settings.filter;
+        let cause =
+            format!("Each pixel is lit by 1 of {} parts of the lights, and its neighbours fill in.", side * side);
+        let name = format!("interleave {side}x{side}");
+        stage(&name, &cause, self.mean(filter, 1), self.mean(filter, side), Vec::new())
+    }
+
+    fn whole_method(&self) -> StagePlan {
+        let mut reference = self.path_traced();
+        reference.label += ", with direct light";
+        reference.direct = Some(Recipe { settings: self.of(Technique::Direct, Switch::On), frames: Frames::One });
+        let settings = self.of(Technique::Lgh, Switch::On);
+        let settings = Settings { interleave: self.settings.interleave, ..settings };
+        let recipe = Recipe { settings, frames: Frames::One };
+        let test = Picture { label: "one frame as set".to_owned(), recipe, direct: None };
+        let cause = "Everything together: one frame as the settings say, with direct light.";
+        stage("whole method", cause, reference, test, Vec::new())
+    }
+
+    /// The settings with another technique, not interleaved; direct light on or off.
+    fn of(&self, technique: Technique, direct: Switch) -> Settings {
+        Settings { technique, direct, interleave: 1, ..self.settings.clone() }
+    }
+
+    fn path_traced(&self) -> Picture {
+        let samples = self.options.reference_samples;
+        let label = format!("path tracing, {samples} paths per pixel");
+        let settings = Settings { samples, ..self.of(Technique::PathTrace, Switch::Off) };
+        Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
+    }
+
+    fn every_vpl(&self, clamp: f32, shadows: Switch) -> Picture {
+        let shadowed = if shadows.is_on() { "shadowed" } else { "unshadowed" };
+        let clamped = if clamp > 0.0 { "clamped" } else { "not clamped" };
+        let label = format!("every VPL, {shadowed}, {clamped}");
+        let settings = Settings { clamp, shadows, ..self.of(Technique::BruteForce, Switch::Off) };
+        Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
+    }
+
+    fn unshadowed(&self, build: Build) -> Picture {
+        let built = match build {
+            Build::Gather => "gathered",
+            Build::Scatter => "scattered",
+        };
+        let label = format!("hierarchy, {built}, unshadowed");
+        let settings = Settings { build, shadows: Switch::Off, ..self.of(Technique::Lgh, Switch::Off) };
+        Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
+    }
+
+    fn mean(&self, filter: Filter, interleave: u32) -> Picture {
+        let frames = self.options.frames_per_stage;
+        let interleaved =
+            if interleave > 1 { format!(", interleaved {interleave}x{interleave}") } else { String::new() };
+        let filtered = match filter {
+            Filter::Atrous => "filtered",
+            Filter::None => "unfiltered",
+        };
+        let label = format!("mean of {frames} frames, {filtered}{interleaved}");
+        let settings = Settings { filter, interleave, ..self.of(Technique::Lgh, Switch::Off) };
+        Picture { label, recipe: Recipe { settings, frames: Frames::Mean(frames) }, direct: None }
+    }
+}
+
+fn stage(name: &str, cause: &str, reference: Picture, test: Picture, notes: Vec<String>) -> StagePlan {
+    StagePlan { name: name.to_owned(), cause: cause.to_owned(), reference, test, notes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options() -> ErrorReportOptions {
+        ErrorReportOptions { folder: None, reference_samples: 64, frames_per_stage: 8 }
+    }
+
+    /// The settings that differ between two recipes.
+    fn differing(a: &Recipe, b: &Recipe) -> Vec<String> {
+        let [a, b] = [a, b].map(|recipe| serde_json::to_value(&recipe.settings).unwrap());
+        let (a, b) = (a.as_object().unwrap(), b.as_object().unwrap());
+        a.keys().filter(|key| a[*key] != b[*key]).cloned().collect()
+    }
+
+    #[test]
+    fn each_stage_changes_its_cause_alone() {
+        let settings = Settings { interleave: 2, ..Settings::default() };
+        let plan = plan(&settings, &options());
+        let changes: Vec<(&str, Vec<String>)> =
+            plan.iter().map(|s| (s.name.as_str(), differing(&s.reference.recipe, &s.test.recipe))).collect();
+        let expected: [(&str, &[&str]); 11] = [
+            ("VPL sampling", &["clamp", "samples", "technique"]),
+            ("clamp", &["clamp"]),
+            ("hierarchy", &["technique"]),
+            ("build", &["build"]),
+            ("shadow sampling", &["filter", "technique"]),
+            ("noise of a frame", &[]),
+            ("filter", &["filter"]),
+            ("filtered shadows", &["technique"]),
+            ("interleave 2x2", &["interleave"]),
+            ("interleave 4x4", &["interleave"]),
+            ("whole method", &["direct", "interleave", "samples", "technique"]),
+        ];
+        assert_eq!(changes, expected.map(|(name, keys)| (name, keys.iter().map(|k| (*k).to_owned()).collect())));
+    }
+
+    #[test]
+    fn the_whole_method_is_one_frame_as_set() {
+        let settings = Settings { interleave: 4, filter: Filter::None, alpha: 2.0, ..Settings::default() };
+        let plan = plan(&settings, &options());
+        let whole = &plan[10];
+        assert_eq!(whole.test.recipe, Recipe { settings, frames: Frames::One });
+        let direct = whole.reference.direct.as_ref().unwrap();
+        assert_eq!((direct.settings.technique, direct.settings.direct), (Technique::Direct, Switch::On));
+        // Path tracing is done once, for the first stage and the last.
+        assert_eq!(whole.reference.recipe, plan[0].reference.recipe);
+        assert!(!plan[0].reference.recipe.settings.direct.is_on() && plan[0].reference.direct.is_none());
+    }
+
+    #[test]
+    fn pictures_are_shared_between_stages() {
+        let plan = plan(&Settings::default(), &options());
+        let mut recipes: Vec<&Recipe> = Vec::new();
+        for picture in plan.iter().flat_map(|stage| [&stage.reference, &stage.test]) {
+            if !recipes.contains(&&picture.recipe) {
+                recipes.push(&picture.recipe);
+            }
+        }
+        assert_eq!(recipes.len(), 12, "path tracing, three brute forces, and eight of the hierarchy");
+    }
+
+    #[test]
+    fn the_single_frame_is_none_of_the_mean() {
+        let plan = plan(&Settings::default(), &options());
+        let noise = &plan[5];
+        assert_eq!(noise.reference.recipe.frames, Frames::Mean(8));
+        assert_eq!(noise.test.recipe.frames, Frames::OneAfter(8));
+    }
+}

@@ -13,7 +13,7 @@ use gridlight::passes::FrameShape;
 use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
-use gridlight::settings::{Build, Filter, Levels, LightSet, Reservoir, Settings, Size, Technique, View};
+use gridlight::settings::{Build, Filter, Levels, LightSet, Reservoir, Settings, Size, Switch, Technique, View};
 use gridlight::shader::{source, spirv};
 
 fn shaders_dir() -> &'static Path {
@@ -77,7 +77,10 @@ fn small() -> Settings {
 /// Every mode at least once; modes that meet in one pass in every combination.
 fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     let mut modes = vec![
-        Settings { technique: Technique::Direct, ..small() },
+        Settings { technique: Technique::Direct, accumulate: 2, ..small() },
+        Settings { technique: Technique::PathTrace, samples: 2, ..small() },
+        Settings { technique: Technique::BruteForce, ..small() },
+        Settings { technique: Technique::BruteForce, shadows: Switch::Off, direct: Switch::Off, ..small() },
         Settings { lights: LightSet::Scene, ..small() },
         Settings { lights: LightSet::Both, levels: Levels::Auto, ..small() },
     ];

@@ -244,3 +244,20 @@ fn drawing_names_everything() {
         assert!(dot.contains(line), "`{line}` is missing from\n{dot}");
     }
 }
+
+#[test]
+fn a_repeated_pass_waits_for_its_own_writes() {
+    let mut frame = Graph::new();
+    let sum = frame.persistent_image("sum", color());
+    let counts = frame.persistent_buffer("counts", 64);
+    let lights = frame.transient_buffer("lights", 64);
+    frame.add_pass(pass("trace").bind(0, lights, Access::ComputeWrite));
+    let shade = pass("shade").bind(0, lights, Access::ComputeRead).bind(1, sum, Access::ComputeReadWrite);
+    frame.add_pass(shade.bind(2, counts, Access::ComputeWrite).repeated());
+    let plan = planned(&frame);
+    let both = (Stage::COMPUTE_SHADER, Mask::SHADER_STORAGE_READ | Mask::SHADER_STORAGE_WRITE);
+    let general = ImageLayout::GENERAL;
+    let between = [memory(sum, general, COMPUTE_WRITE, both), memory(counts, NO_LAYOUT, COMPUTE_WRITE, COMPUTE_WRITE)];
+    assert_eq!(plan.passes[1].between, between, "what it only reads needs no barrier");
+    assert!(plan.passes[0].between.is_empty(), "other passes run once");
+}

@@ -3,17 +3,12 @@
 use ash::vk;
 
 use super::{Frame, shader};
-use crate::graph::{Access, ImageHandle, ImageInfo};
+use crate::graph::{Access, ImageHandle};
 
 /// Adds the pass; gives the mean radiance, kept after the frame.
 pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ImageHandle {
-    let info = ImageInfo {
-        format: vk::Format::R32G32B32A32_SFLOAT,
-        width_px: frame.shape.width_px,
-        height_px: frame.shape.height_px,
-    };
-    let sum = frame.graph.persistent_image("accumulated_sum", info);
-    let mean = frame.graph.persistent_image("accumulated_mean", info);
+    let sum = frame.kept_image("accumulated_sum", vk::Format::R32G32B32A32_SFLOAT);
+    let mean = frame.kept_image("accumulated_mean", vk::Format::R32G32B32A32_SFLOAT);
     let pass = frame
         .compute("accumulate", shader("accumulate/add_frame", frame.per_pixel()))
         .bind(1, radiance, Access::ComputeSampled)

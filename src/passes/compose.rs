@@ -7,7 +7,7 @@ use super::gbuffer::GBuffer;
 use super::shadow_rays::ShadowEstimates;
 use super::{Frame, shader};
 use crate::gpu::ComputeWork;
-use crate::graph::{Access, ImageHandle, ImageInfo};
+use crate::graph::{Access, ImageHandle};
 
 /// The indirect part of the picture.
 #[derive(Clone, Copy, Debug)]
@@ -27,12 +27,7 @@ pub fn add(
     direct: Option<ImageHandle>,
     indirect: Option<Indirect>,
 ) -> ImageHandle {
-    let info = ImageInfo {
-        format: vk::Format::R32G32B32A32_SFLOAT,
-        width_px: frame.shape.width_px,
-        height_px: frame.shape.height_px,
-    };
-    let radiance = frame.graph.persistent_image("radiance", info);
+    let radiance = frame.kept_image("radiance", vk::Format::R32G32B32A32_SFLOAT);
     let shadows = indirect.and_then(|i| i.shadows);
     // Bindings that a variant does not read still need an image of the right kind.
     let unused = gbuffer.albedo;

@@ -161,8 +161,18 @@ impl Frame {
 
     /// A transient image of the picture's size.
     pub fn image(&mut self, name: &str, format: vk::Format) -> ImageHandle {
-        let info = ImageInfo { format, width_px: self.shape.width_px, height_px: self.shape.height_px };
+        let info = self.image_info(format);
         self.graph.transient_image(name, info)
+    }
+
+    /// An image of the picture's size that is kept from frame to frame.
+    pub fn kept_image(&mut self, name: &str, format: vk::Format) -> ImageHandle {
+        let info = self.image_info(format);
+        self.graph.persistent_image(name, info)
+    }
+
+    fn image_info(&self, format: vk::Format) -> ImageInfo {
+        ImageInfo { format, width_px: self.shape.width_px, height_px: self.shape.height_px }
     }
 }
 

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{Frame, shader};
 use crate::gpu::{ComputeWork, Dispatch, Repeat};
-use crate::graph::{Access, ImageHandle, ImageInfo, Pass};
+use crate::graph::{Access, ImageHandle, Pass};
 use crate::shared::{REFERENCE_TILES, TILE_SIZE};
 
 /// Compute work that visits every pixel in each of `rounds`; round and part follow `push`.
@@ -22,13 +22,8 @@ pub fn work(frame: &Frame, name: &str, rounds: u32, push: Vec<u32>) -> ComputeWo
 
 /// Declares the image that a technique sums radiance per unit albedo in; alpha is the share of its samples.
 pub fn sum_image(frame: &mut Frame) -> ImageHandle {
-    let info = ImageInfo {
-        format: vk::Format::R32G32B32A32_SFLOAT,
-        width_px: frame.shape.width_px,
-        height_px: frame.shape.height_px,
-    };
     // Persistent, since the first round writes it in parts.
-    frame.graph.persistent_image("reference_sum", info)
+    frame.kept_image("reference_sum", vk::Format::R32G32B32A32_SFLOAT)
 }
 
 /// Adds the repeated pass and the pass that divides its sum; gives the radiance per unit albedo.

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{Frame, shader};
 use crate::gpu::Dispatch;
-use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo};
+use crate::graph::{Access, BufferHandle, ImageHandle};
 
 /// What the pass makes.
 #[derive(Clone, Copy, Debug)]
@@ -18,12 +18,7 @@ pub struct ToneMapped {
 /// Adds the passes.
 pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ToneMapped {
     let exposure = measure_exposure(frame, "exposure", radiance);
-    let info = ImageInfo {
-        format: vk::Format::R8G8B8A8_UNORM,
-        width_px: frame.shape.width_px,
-        height_px: frame.shape.height_px,
-    };
-    let picture = frame.graph.persistent_image("picture", info);
+    let picture = frame.kept_image("picture", vk::Format::R8G8B8A8_UNORM);
     let map = frame
         .compute("tone_map", shader("tone_map/tone_map", frame.per_pixel()))
         .bind(1, radiance, Access::ComputeSampled)

@@ -38,6 +38,10 @@ impl Executor {
         max_submit_ms: f64,
         on_step: &mut OnStep,
     ) -> Result<SteppedFrame> {
+        if self.split_submits {
+            let ticket = self.submit(frame_data)?;
+            return Ok(SteppedFrame { times: self.wait(ticket)?, rounds_done: 0, rounds: 0 });
+        }
         let slot = self.submitted as usize % self.slots.len();
         self.wait_value(self.slots[slot].busy_until)?;
         let stamp = self.submitted as u32 + 1;

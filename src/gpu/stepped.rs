@@ -100,6 +100,7 @@ impl Executor {
     ) -> Result<u32> {
         let commands = self.slots[slot].commands;
         let (mut done, mut end, mut batch) = (0, repeat.count(), 1);
+        let (mut longest_ms, mut steps) = (0.0_f64, 0);
         while done < end {
             let next = (done + batch).min(end);
             recorder::record_repetitions(self, commands, index, done..next);
@@ -107,12 +108,15 @@ impl Executor {
             self.submit_step(slot)?;
             let ms = start.elapsed().as_secs_f64() * 1e3;
             self.begin_commands(commands)?;
+            (longest_ms, steps) = (longest_ms.max(ms), steps + 1);
             done = next;
             if on_step(done, repeat.count()).is_break() {
                 end = end.min(done.next_multiple_of(repeat.parts));
             }
             batch = next_batch(batch, ms, max_submit_ms);
         }
+        let name = &self.graph.passes()[index].name;
+        log::debug!("{name}: {done} repetitions in {steps} submissions, the longest {longest_ms:.1} ms");
         Ok(done / repeat.parts)
     }
 

@@ -10,6 +10,10 @@ use super::recorder;
 use super::work::{ComputeWork, Repeat, Work};
 use crate::error::Result;
 
+/// Parts of the picture differ in cost, so the costliest repetition lately counts: this much of it after every step.
+const FORGETTING: f64 = 0.97;
+/// Most repetitions of a step in the first round.
+const FIRST_ROUND_BATCH: u32 = 2;
 /// Part of the longest submission that a step aims at, so that few exceed it.
 const AIM: f64 = 0.75;
 
@@ -100,7 +104,7 @@ impl Executor {
     ) -> Result<u32> {
         let commands = self.slots[slot].commands;
         let (mut done, mut end, mut batch) = (0, repeat.count(), 1);
-        let (mut longest_ms, mut steps) = (0.0_f64, 0);
+        let (mut longest_ms, mut steps, mut repetition_ms) = (0.0_f64, 0, 0.0_f64);
         while done < end {
             let next = (done + batch).min(end);
             recorder::record_repetitions(self, commands, index, done..next);
@@ -109,11 +113,17 @@ impl Executor {
             let ms = start.elapsed().as_secs_f64() * 1e3;
             self.begin_commands(commands)?;
             (longest_ms, steps) = (longest_ms.max(ms), steps + 1);
+            let ran = next - done;
             done = next;
             if on_step(done, repeat.count()).is_break() {
                 end = end.min(done.next_multiple_of(repeat.parts));
             }
-            batch = next_batch(batch, ms, max_submit_ms);
+            repetition_ms = (ms / f64::from(ran)).max(FORGETTING * repetition_ms);
+            batch = next_batch(batch, repetition_ms, max_submit_ms);
+            if done < repeat.parts {
+                // The costly parts may still come.
+                batch = batch.min(FIRST_ROUND_BATCH);
+            }
         }
         let name = &self.graph.passes()[index].name;
         log::debug!("{name}: {done} repetitions in {steps} submissions, the longest {longest_ms:.1} ms");
@@ -130,9 +140,9 @@ impl Executor {
     }
 }
 
-/// Repetitions of the next step after a step of `batch` took `ms`. Grows slowly: the first steps warm caches.
-fn next_batch(batch: u32, ms: f64, max_submit_ms: f64) -> u32 {
-    let fitting = f64::from(batch) * AIM * max_submit_ms / ms.max(1e-3);
+/// Repetitions of the step after one of `batch`. Grows slowly: the first steps warm caches.
+fn next_batch(batch: u32, repetition_ms: f64, max_submit_ms: f64) -> u32 {
+    let fitting = AIM * max_submit_ms / repetition_ms.max(1e-9);
     (fitting as u32).clamp(1, batch.saturating_mul(2))
 }
 
@@ -143,8 +153,8 @@ mod tests {
     #[test]
     fn steps_grow_slowly_and_shrink_at_once() {
         assert_eq!(next_batch(1, 1.0, 200.0), 2);
-        assert_eq!(next_batch(64, 100.0, 200.0), 96);
-        assert_eq!(next_batch(64, 600.0, 200.0), 16);
+        assert_eq!(next_batch(64, 100.0 / 64.0, 200.0), 96);
+        assert_eq!(next_batch(64, 600.0 / 64.0, 200.0), 16);
         assert_eq!(next_batch(1, 900.0, 200.0), 1, "a step is never empty");
         assert_eq!(next_batch(u32::MAX, 0.0, 1.0), u32::MAX);
     }

@@ -34,8 +34,8 @@ shared_constants! {
     MOMENT_WORDS = 28;
     /// Most shadow samples (reservoirs) per pixel.
     MAX_SHADOW_SAMPLES = 16;
-    /// Tiles that one dispatch of a reference technique covers: 16,384 pixels.
-    REFERENCE_TILES = 256;
+    /// Tiles that one dispatch of a reference technique covers: 4,096 pixels.
+    REFERENCE_TILES = 64;
     /// Words that one workgroup of the exclusive scan covers.
     SCAN_BLOCK = 1024;
     /// Light kind in `PunctualLight`.

@@ -1,5 +1,6 @@
 //! Ctrl-C: the first asks the run to stop and keep what it has, the second stops at once.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::INTERRUPTED_EXIT_CODE;
@@ -18,6 +19,11 @@ pub fn listen() -> Result<()> {
         }
     };
     ctrlc::set_handler(on_signal).map_err(|error| Error::Failure(format!("cannot listen for Ctrl-C: {error}")))
+}
+
+/// What a loop does next: `Break` once the run has been asked to stop.
+pub fn control_flow() -> ControlFlow<()> {
+    if requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
 /// Whether the run has been asked to stop.

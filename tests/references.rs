@@ -5,17 +5,12 @@ mod common;
 use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
+use common::rooms::{add_quad, camera};
 use glam::Vec3;
 use gridlight::renderer::{Fresh, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
-use gridlight::scene::{Camera, Light, Scene};
+use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Filter, Settings, Size, Switch, Technique};
-
-fn camera(position_ws: Vec3, forward_ws: Vec3) -> Camera {
-    let right_ws = forward_ws.cross(if forward_ws.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y }).normalize();
-    let up_ws = right_ws.cross(forward_ws);
-    Camera { name: "test".into(), position_ws, right_ws, up_ws, forward_ws, yfov_rad: 1.0, near: 0.01 }
-}
 
 fn settings(technique: Technique) -> Settings {
     Settings {
@@ -66,7 +61,7 @@ fn sphere(albedo: f32) -> Scene {
         .collect();
     let mut scene = scene_from_quads("sphere", &quads, diffuse("paint", Vec3::splat(albedo)));
     scene.lights = vec![Light::Point { position_ws: Vec3::ZERO, intensity: Vec3::splat(4.0) }];
-    scene.cameras = vec![camera(Vec3::new(-1.0, 0.2, 0.0), Vec3::new(1.0, -0.1, 0.2).normalize())];
+    scene.cameras = vec![camera(Vec3::new(-1.0, 0.2, 0.0), Vec3::new(1.0, -0.1, 0.2).normalize(), 1.0)];
     scene
 }
 
@@ -118,7 +113,7 @@ fn spot_on_the_ceiling() -> Scene {
         inner_cos: INNER_COS,
         outer_cos: OUTER_COS,
     }];
-    scene.cameras = vec![camera(Vec3::new(0.0, 0.9, 0.0), Vec3::NEG_Y)];
+    scene.cameras = vec![camera(Vec3::new(0.0, 0.9, 0.0), Vec3::NEG_Y, 1.0)];
     scene
 }
 
@@ -165,14 +160,9 @@ fn divided_room() -> Scene {
     let mut scene = box_room(4.0, Vec3::new(0.7, 0.5, 0.3));
     let wall =
         [Vec3::new(0.0, -2.0, -2.0), Vec3::new(0.0, -2.0, 0.5), Vec3::new(0.0, 2.0, 0.5), Vec3::new(0.0, 2.0, -2.0)];
-    let part = scene_from_quads("wall", &[wall], scene.materials[0].clone());
-    let first = scene.vertices.len() as u32;
-    scene.vertices.extend(part.vertices);
-    scene.indices.extend(part.indices.iter().map(|i| first + i));
-    scene.triangle_materials.extend(part.triangle_materials);
-    scene.draws[0].index_count = scene.indices.len() as u32;
+    add_quad(&mut scene, wall);
     scene.lights = vec![Light::Point { position_ws: Vec3::new(-1.0, 0.9, -1.0), intensity: Vec3::splat(5.0) }];
-    scene.cameras = vec![camera(Vec3::new(1.8, 0.3, 1.6), Vec3::new(-0.7, -0.2, -0.9).normalize())];
+    scene.cameras = vec![camera(Vec3::new(1.8, 0.3, 1.6), Vec3::new(-0.7, -0.2, -0.9).normalize(), 1.0)];
     scene
 }
 
@@ -213,14 +203,9 @@ fn accumulated_frames_are_antialiased_and_keep_the_energy() {
     // Light from behind an edge: half of the wall is lit.
     let shade =
         [Vec3::new(-2.0, 0.5, -1.0), Vec3::new(-2.0, 0.5, 0.3), Vec3::new(0.2, 0.5, 0.3), Vec3::new(0.2, 0.5, -1.0)];
-    let part = scene_from_quads("shade", &[shade], scene.materials[0].clone());
-    let first = scene.vertices.len() as u32;
-    scene.vertices.extend(part.vertices);
-    scene.indices.extend(part.indices.iter().map(|i| first + i));
-    scene.triangle_materials.extend(part.triangle_materials);
-    scene.draws[0].index_count = scene.indices.len() as u32;
+    add_quad(&mut scene, shade);
     scene.lights = vec![Light::Point { position_ws: Vec3::new(0.0, 1.5, 0.0), intensity: Vec3::splat(5.0) }];
-    scene.cameras = vec![camera(Vec3::new(1.5, 1.2, 1.5), Vec3::new(-0.7, -0.6, -0.9).normalize())];
+    scene.cameras = vec![camera(Vec3::new(1.5, 1.2, 1.5), Vec3::new(-0.7, -0.6, -0.9).normalize(), 1.0)];
     let direct = Settings { technique: Technique::Direct, ..settings(Technique::Direct) };
     let one = render(&scene, &direct);
     let many = render(&scene, &Settings { accumulate: 64, ..direct });

@@ -4,34 +4,20 @@
 mod common;
 
 use common::compare::Verdict;
+use common::rooms::lamp_room;
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response};
 use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
-use gridlight::scene::testing::box_room;
-use gridlight::scene::{Camera, Light, Scene};
+use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Settings, Size, Technique};
 use gridlight::shared::{GridLight, GridPlacement};
 
 const ALBEDO: f32 = 0.5;
 
-/// A closed room with one lamp, seen from inside.
 fn room() -> Scene {
-    let mut scene = box_room(4.0, Vec3::splat(ALBEDO));
-    scene.lights = vec![Light::Point { position_ws: Vec3::new(0.3, 0.9, 0.2), intensity: Vec3::new(9.0, 6.0, 3.0) }];
-    let forward_ws = Vec3::new(0.7, -0.2, -0.9).normalize();
-    let right_ws = forward_ws.cross(Vec3::Y).normalize();
-    scene.cameras = vec![Camera {
-        name: "inside".into(),
-        position_ws: Vec3::new(-1.5, 0.3, 1.4),
-        right_ws,
-        up_ws: right_ws.cross(forward_ws),
-        forward_ws,
-        yfov_rad: 1.2,
-        near: 0.01,
-    }];
-    scene
+    lamp_room(Vec3::splat(ALBEDO))
 }
 
 fn settings(alpha: f32, first_level: u32) -> Settings {

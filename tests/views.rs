@@ -4,6 +4,7 @@ mod common;
 mod support;
 
 use common::GpuTest;
+use common::rooms::lamp_room;
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response, luminance};
@@ -12,30 +13,15 @@ use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::report::image_files::{read_exr, read_png};
 use gridlight::report::statistics;
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
-use gridlight::scene::testing::box_room;
-use gridlight::scene::{Camera, Light, Scene};
+use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Filter, Reservoir, Settings, Size, Technique, View};
 use gridlight::shared::{GridLight, GridPlacement, MAX_LEVEL};
 use gridlight::views::{LEVEL_COLORS, NO_VALUE};
 
 const ALBEDO: Vec3 = Vec3::new(0.6, 0.4, 0.2);
 
-/// A closed room with one lamp, seen from inside.
 fn room() -> Scene {
-    let mut scene = box_room(4.0, ALBEDO);
-    scene.lights = vec![Light::Point { position_ws: Vec3::new(0.3, 0.9, 0.2), intensity: Vec3::new(9.0, 6.0, 3.0) }];
-    let forward_ws = Vec3::new(0.7, -0.2, -0.9).normalize();
-    let right_ws = forward_ws.cross(Vec3::Y).normalize();
-    scene.cameras = vec![Camera {
-        name: "inside".into(),
-        position_ws: Vec3::new(-1.5, 0.3, 1.4),
-        right_ws,
-        up_ws: right_ws.cross(forward_ws),
-        forward_ws,
-        yfov_rad: 1.2,
-        near: 0.01,
-    }];
-    scene
+    lamp_room(ALBEDO)
 }
 
 fn settings(view: View) -> Settings {

@@ -7,7 +7,9 @@
 #include "common/octahedral.glsl"
 #include "common/gbuffer.glsl"
 #include "common/lights.glsl"
+#include "common/original_lights.glsl"
 #include "common/scene.glsl"
+#include "common/light_rays.glsl"
 #include "common/reference_tiles.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -26,20 +28,14 @@ vec3 shade(uint light, vec3 position, vec3 normal, vec3 origin) {
     uvec4 position_normal = light_positions[light];
     vec4 flux = light_fluxes[light];
     vec3 light_position = uintBitsToFloat(position_normal.xyz);
-    vec3 lobe = flux.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
+    vec3 lobe = original_lobe(position_normal, flux);
     vec3 offset = light_position - position;
     float response = light_response(offset, length(offset), normal, lobe, 0u);
     if (response <= 0.0) {
         return vec3(0.0);
     }
-    if (HAS_SHADOWS != 0u) {
-        vec3 to_light = light_position + lobe * ray_offset() - origin;
-        float distance = max(length(to_light), 1e-20);
-        if (is_blocked(origin, to_light / distance, distance - ray_offset())) {
-            return vec3(0.0);
-        }
-    }
-    return response * flux.rgb;
+    bool blocked = HAS_SHADOWS != 0u && is_light_blocked(origin, light_position, lobe);
+    return blocked ? vec3(0.0) : response * flux.rgb;
 }
 
 void main() {

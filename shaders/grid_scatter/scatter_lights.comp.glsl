@@ -6,6 +6,7 @@
 #include "common/color.glsl"
 #include "common/octahedral.glsl"
 #include "common/lights.glsl"
+#include "common/original_lights.glsl"
 #include "common/dispatch.glsl"
 #include "grid_scatter/fixed_point.glsl"
 
@@ -60,8 +61,7 @@ void main() {
     vec4 flux_kind = light_fluxes[light];
     vec3 flux = flux_kind.rgb / grid.flux_scale;
     float m = luminance(flux);
-    // A light that shines in all directions has no normal.
-    vec3 normal = flux_kind.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
+    vec3 normal = original_lobe(position_normal, flux_kind);
     vec3 cells = grid_position(uintBitsToFloat(position_normal.xyz), grid, level);
     uvec3 cell = cell_of(cells, level);
     vec3 fraction = cells - vec3(cell);

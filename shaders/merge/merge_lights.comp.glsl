@@ -6,6 +6,7 @@
 #include "common/color.glsl"
 #include "common/octahedral.glsl"
 #include "common/lights.glsl"
+#include "common/original_lights.glsl"
 #include "common/dispatch.glsl"
 
 layout(local_size_x = WORKGROUP_SIZE) in;
@@ -36,7 +37,7 @@ void deal(GridLight light, uint index, uint count) {
 GridLight original_light(uint index) {
     uvec4 position_normal = light_positions[index];
     vec4 flux = light_fluxes[index];
-    vec3 lobe = flux.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
+    vec3 lobe = original_lobe(position_normal, flux);
     return GridLight(uintBitsToFloat(position_normal.xyz), luminance(flux.rgb), vec3(0.0), 0u, lobe, 1.0, flux.rgb, index);
 }
 

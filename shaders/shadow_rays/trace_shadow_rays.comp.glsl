@@ -6,7 +6,9 @@
 #include "common/octahedral.glsl"
 #include "common/gbuffer.glsl"
 #include "common/lights.glsl"
+#include "common/original_lights.glsl"
 #include "common/scene.glsl"
+#include "common/light_rays.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
@@ -80,7 +82,7 @@ Sender original_sender(GridLight chosen, inout uint random_state) {
     }
     uvec4 position_normal = light_positions[light];
     vec4 flux = light_fluxes[light];
-    vec3 lobe = flux.a > 0.5 ? unpack_octahedral(position_normal.w) : vec3(0.0);
+    vec3 lobe = original_lobe(position_normal, flux);
     return Sender(uintBitsToFloat(position_normal.xyz), lobe, flux.rgb, 0u);
 }
 
@@ -113,10 +115,7 @@ bool add_sample(Receiver receiver, uint light, float total, inout uint random_st
         }
     }
     u += color;
-    // Off the sender's surface, as the origin is off the receiver's.
-    vec3 to_light = sender.position_ws + sender.lobe * ray_offset() - receiver.origin;
-    float distance = max(length(to_light), 1e-20);
-    if (!is_blocked(receiver.origin, to_light / distance, distance - ray_offset())) {
+    if (!is_light_blocked(receiver.origin, sender.position_ws, sender.lobe)) {
         s += color;
     }
     return true;

@@ -1,13 +1,14 @@
 //! Runs the frames of a headless run, one after the other.
 
-use std::ops::ControlFlow;
-
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::renderer::{Fresh, Renderer};
 use crate::report::timings::FrameTimes;
 use crate::settings::Settings;
+
+/// Steps of a progress bar per frame.
+pub(super) const SUBDIVISION: u64 = 100;
 
 /// What was rendered.
 pub struct Frames {
@@ -37,7 +38,7 @@ pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progr
         }
         let mut on_step = |done: u32, total: u32| {
             bar.set(SUBDIVISION * index + SUBDIVISION * u64::from(done) / u64::from(total.max(1)));
-            if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            interrupt::control_flow()
         };
         let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
         if index >= warmup {
@@ -65,6 +66,3 @@ pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progr
     }
     Ok(Frames { times, interrupted })
 }
-
-/// Steps of the progress bar per frame.
-const SUBDIVISION: u64 = 100;

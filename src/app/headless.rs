@@ -3,8 +3,6 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use clap::ValueEnum;
-
 use super::frames::{Frames, run_frames};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::graph::to_dot;
@@ -18,7 +16,7 @@ use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
 use crate::report::{FileKind, statistics};
 use crate::scene::{Camera, Scene, gltf};
-use crate::settings::Settings;
+use crate::settings::{self, Settings};
 use crate::{Error, Result, interrupt};
 
 /// The scene shown when none is named.
@@ -84,7 +82,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
 /// What a picture says of itself.
 fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> String {
     let Program { name, version, commit } = Program::this();
-    let technique = settings.technique.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+    let technique = settings::name(&settings.technique);
     let mean = if settings.accumulate > 1 { format!(", mean of {frame_count} frames") } else { String::new() };
     let end = interrupted.map_or_else(String::new, |sentence| format!(", {sentence}"));
     format!("{name} {version} ({commit}), {technique}{mean}{end}")

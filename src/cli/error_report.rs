@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Command;
 use super::options::{DeviceArgs, DiagnosticsArgs, MethodArgs, PictureArgs, RunArgs, ShadowArgs};
-use crate::settings::{LightSet, Settings, Size, Switch};
+use crate::settings::{LightSet, Settings, Size};
 use crate::{Error, Result};
 
 pub(super) const HELP: &str = "Every stage is a picture with one approximation against a picture without it, of \
@@ -153,10 +153,7 @@ fn check_stages(settings: &Settings) -> Result<()> {
         let sentence = "error-report looks at indirect light, which virtual point lights carry: leave lights at vpl";
         return Err(Error::Usage(sentence.to_owned()));
     }
-    if settings.shadow_samples == 0 || settings.shadows == Switch::Off {
-        let (key, value) = if settings.shadow_samples == 0 { ("shadow-samples", "0") } else { ("shadows", "off") };
-        return Err(Error::Usage(format!("error-report needs shadow samples, and {key} {value} leaves none")));
-    }
+    settings.require_shadow_samples("error-report")?;
     let size = settings.size;
     if size.width < LEAST_SIDE_PX || size.height < LEAST_SIDE_PX {
         return Err(Error::Usage(format!(

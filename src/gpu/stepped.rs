@@ -50,8 +50,7 @@ impl Executor {
         self.wait_value(self.slots[slot].busy_until)?;
         let stamp = self.submitted as u32 + 1;
         let result = self.run_passes(slot, stamp, frame_data, max_submit_ms, on_step);
-        let names: Vec<&str> = self.graph.passes().iter().map(|p| p.name.as_str()).collect();
-        self.slots[slot].markers.explain(result, &names, stamp)
+        self.explain(slot, u64::from(stamp), result)
     }
 
     fn run_passes(

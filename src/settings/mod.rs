@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::{Error, Result};
 pub use values::{
     Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, ShadowPoints, Size, Switch, Technique, View,
+    name,
 };
 
 /// Everything that decides what is rendered and where it goes.

@@ -3,9 +3,7 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use clap::ValueEnum;
-
-use super::{Exposure, Levels, LightSet, Settings, Technique};
+use super::{Exposure, Levels, LightSet, Settings, Technique, name};
 use crate::report::files::FileKind;
 use crate::{Error, Result};
 
@@ -63,7 +61,7 @@ impl Settings {
         require(self.frames == 1 || self.accumulate == 1, || {
             "frames and accumulate both say how many frames are rendered: give one of them".to_owned()
         })?;
-        let name = self.technique.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+        let name = name(&self.technique);
         require(self.technique == Technique::Lgh || self.reservoir.is_none(), || {
             format!("technique {name} has no reservoirs: leave reservoir out, or choose technique lgh")
         })?;

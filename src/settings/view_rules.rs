@@ -3,8 +3,8 @@
 use clap::ValueEnum;
 
 use super::validate::require;
-use super::{Filter, Settings, Switch, Technique, View};
-use crate::Result;
+use super::{Filter, Settings, Switch, Technique, View, name};
+use crate::{Error, Result};
 
 impl Technique {
     /// Whether frames of this technique have what a view shows.
@@ -32,10 +32,23 @@ impl View {
 }
 
 impl Settings {
+    /// Checks that there are shadow samples, which `what` needs.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with one sentence that names `what` and the setting in its way.
+    pub fn require_shadow_samples(&self, what: &str) -> Result<()> {
+        let obstacle = match (self.shadow_samples, self.shadows) {
+            (0, _) => "shadow-samples 0",
+            (_, Switch::Off) => "shadows off",
+            (_, Switch::On) => return Ok(()),
+        };
+        Err(Error::Usage(format!("{what} needs shadow samples, and {obstacle} leaves none")))
+    }
+
     /// Checks that the technique and the other settings leave something for the view to show.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] with one sentence that names the view and what is in its way.
+    /// [`Error::Usage`] with one sentence that names the view and what is in its way.
     pub fn validate_view(&self) -> Result<()> {
         if self.view == View::Final {
             return Ok(());
@@ -50,19 +63,13 @@ impl Settings {
         require(self.view != View::Direct || self.direct.is_on(), || {
             format!("view {view} needs direct light: leave direct on")
         })?;
-        let shadows = self.shadow_samples > 0 && self.shadows == Switch::On;
-        require(shadows || !self.view.needs_shadows(), || {
-            let (key, value) = if self.shadow_samples == 0 { ("shadow-samples", "0") } else { ("shadows", "off") };
-            format!("view {view} needs shadow samples, and {key} {value} leaves none")
-        })?;
+        if self.view.needs_shadows() {
+            self.require_shadow_samples(&format!("view {view}"))?;
+        }
         require(self.view != View::ShadowRatioFiltered || self.filter != Filter::None, || {
             format!("view {view} needs a filter, and filter none is none: choose view shadow-ratio, or filter atrous")
         })
     }
-}
-
-fn name(value: &impl ValueEnum) -> String {
-    value.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
 }
 
 /// The techniques that have a view, as a phrase.

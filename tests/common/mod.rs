@@ -5,6 +5,7 @@
 pub mod compare;
 pub mod hierarchy;
 pub mod light_sets;
+pub mod rooms;
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 

@@ -1,9 +1,9 @@
 //! Renders the recipes of the error report, each once.
 
-use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::super::frames::SUBDIVISION;
 use super::stages::{Frames, Recipe};
 use crate::compare::{Image, Tone, metrics};
 use crate::cpu::random::hash;
@@ -13,9 +13,6 @@ use crate::renderer::{Fresh, Renderer, UploadedScene};
 use crate::scene::Camera;
 use crate::settings::{Settings, Technique};
 use crate::{Error, Result, interrupt};
-
-/// Steps of a progress bar per frame.
-const SUBDIVISION: u64 = 100;
 
 /// A picture and what is known of it.
 #[derive(Debug)]
@@ -123,7 +120,7 @@ fn run_frame(renderer: &mut Renderer, number: u32, settings: &Settings, report: 
     renderer.set_accumulated_frame(number, Fresh::Shadows);
     let mut on_step = |done: u32, total: u32| {
         report(f64::from(done) / f64::from(total.max(1)));
-        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        interrupt::control_flow()
     };
     let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
     if frame.rounds_done < frame.rounds { Err(interrupted()) } else { Ok(frame.times.pass_ms.iter().sum()) }

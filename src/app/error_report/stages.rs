@@ -104,7 +104,7 @@ impl Planner<'_> {
     fn shadow_sampling(&self) -> StagePlan {
         let mut notes = self.shadow_notes();
         notes.push(
-            "Where no sample of a frame carries light, it counts as unshadowed; the filter mends that.".to_owned(),
+            "Where no sample of a frame carries light, the shadow of the pixels around it takes its place.".to_owned(),
         );
         let cause = "A few shadow rays to chosen lights darken all of the light by one ratio.";
         let reference = self.every_vpl(self.settings.clamp, Switch::On);

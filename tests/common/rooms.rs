@@ -1,0 +1,30 @@
+//! Rooms to render in.
+
+use glam::Vec3;
+use gridlight::scene::testing::{box_room, scene_from_quads};
+use gridlight::scene::{Camera, Light, Scene};
+
+/// A camera that looks from a place in a direction, upright, or with z upwards where it looks straight up or down.
+pub fn camera(position_ws: Vec3, forward_ws: Vec3, yfov_rad: f32) -> Camera {
+    let right_ws = forward_ws.cross(if forward_ws.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y }).normalize();
+    let up_ws = right_ws.cross(forward_ws);
+    Camera { name: "test".into(), position_ws, right_ws, up_ws, forward_ws, yfov_rad, near: 0.01 }
+}
+
+/// A closed room with one lamp, seen from inside.
+pub fn lamp_room(albedo: Vec3) -> Scene {
+    let mut scene = box_room(4.0, albedo);
+    scene.lights = vec![Light::Point { position_ws: Vec3::new(0.3, 0.9, 0.2), intensity: Vec3::new(9.0, 6.0, 3.0) }];
+    scene.cameras = vec![camera(Vec3::new(-1.5, 0.3, 1.4), Vec3::new(0.7, -0.2, -0.9).normalize(), 1.2)];
+    scene
+}
+
+/// Adds a quad to a scene of one material.
+pub fn add_quad(scene: &mut Scene, quad: [Vec3; 4]) {
+    let part = scene_from_quads("quad", &[quad], scene.materials[0].clone());
+    let first = scene.vertices.len() as u32;
+    scene.vertices.extend(part.vertices);
+    scene.indices.extend(part.indices.iter().map(|i| first + i));
+    scene.triangle_materials.extend(part.triangle_materials);
+    scene.draws[0].index_count = scene.indices.len() as u32;
+}

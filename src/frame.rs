@@ -15,9 +15,10 @@ use crate::passes::shadow_rays::ShadowEstimates;
 use crate::passes::tone_map::ToneMapped;
 use crate::passes::{
     Frame, FrameShape, accumulate, atrous, bounds, brute_force, compaction, compose, descent, direct_light, gbuffer,
-    grid_gather, grid_scatter, interleave, light_volumes, merge, path_trace, shadow_rays, tone_map, vpl_trace,
+    grid_gather, grid_scatter, interleave, light_gather, light_volumes, merge, path_trace, shadow_rays, tone_map,
+    vpl_trace,
 };
-use crate::settings::{Build, Filter, ShadowPoints, Technique};
+use crate::settings::{Build, Filter, LightingMode, ShadowPoints, Technique};
 
 pub use views::needs_lights;
 
@@ -106,7 +107,7 @@ pub fn build_hierarchy(shape: FrameShape) -> (Graph<Work>, HierarchyOutputs) {
     let lights = compaction::declare_lights(&mut frame);
     let placement = bounds::add(&mut frame, &lights);
     let grid = construct(&mut frame, &lights, placement);
-    let merged = merge::add(&mut frame, &lights, &grid);
+    let merged = merge::add(&mut frame, &lights, placement, &grid);
     let descent = add_descent(&mut frame, &lights, placement, &grid);
     let overdraw = frame.ray_count;
     (frame.graph, HierarchyOutputs { lights, placement, grid, merged, descent, overdraw })
@@ -127,7 +128,7 @@ fn add_hierarchy(frame: &mut Frame) -> HierarchyOutputs {
     let lights = trace_lights(frame);
     let placement = bounds::add(frame, &lights);
     let grid = construct(frame, &lights, placement);
-    let merged = merge::add(frame, &lights, &grid);
+    let merged = merge::add(frame, &lights, placement, &grid);
     HierarchyOutputs { lights, placement, grid, merged, descent: None, overdraw: frame.ray_count }
 }
 
@@ -138,8 +139,21 @@ struct Lit {
 }
 
 fn add_lighting(frame: &mut Frame, gbuffer: &GBuffer, hierarchy: &mut HierarchyOutputs) -> Lit {
-    let depth = interleave::split_depth(frame, gbuffer);
-    let lighting = light_volumes::add(frame, gbuffer, depth, hierarchy.placement, &hierarchy.merged);
+    let lighting = match frame.shape.lighting {
+        LightingMode::Volumes => {
+            let depth = interleave::split_depth(frame, gbuffer);
+            light_volumes::add(frame, gbuffer, depth, hierarchy.placement, &hierarchy.merged)
+        }
+        LightingMode::Gather => {
+            let inputs = light_gather::Inputs {
+                lights: hierarchy.lights,
+                placement: hierarchy.placement,
+                grid: hierarchy.grid,
+                merged: hierarchy.merged,
+            };
+            light_gather::add(frame, gbuffer, &inputs)
+        }
+    };
     hierarchy.overdraw = lighting.overdraw;
     let composite = interleave::composite(frame, gbuffer, lighting.image);
     Lit { lighting, composite }

@@ -16,10 +16,11 @@ use crate::gpu::{
 use crate::light_grid::Levels;
 use crate::passes::FrameShape;
 use crate::passes::light_volumes::reservoir_bytes;
+use crate::passes::merge;
 use crate::report::image_files::Picture;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
-use crate::settings::{self, Exposure, LightSet, Reservoir, Settings, Technique};
+use crate::settings::{self, Exposure, LightSet, LightingMode, Reservoir, Settings, Technique};
 use crate::shared::FrameData;
 use crate::views;
 use crate::views::legend::{self, Canvas};
@@ -292,14 +293,25 @@ fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result<()> {
     Ok(())
 }
 
+/// How lights reach the pixels with these settings.
+#[must_use]
+pub fn lighting_mode(settings: &Settings) -> LightingMode {
+    let only_in_volumes = matches!(settings.reservoir, Some(Reservoir::Race | Reservoir::Lock));
+    let otherwise = if only_in_volumes { LightingMode::Volumes } else { LightingMode::Gather };
+    settings.lighting.unwrap_or(otherwise)
+}
+
 /// How a device updates reservoirs when these settings are asked for.
 ///
 /// # Errors
 /// [`Error::Usage`] when it cannot do so in the way that they name.
 pub fn reservoir_mode(gpu: &Gpu, settings: &Settings) -> Result<Reservoir> {
+    if lighting_mode(settings) == LightingMode::Gather {
+        return Ok(Reservoir::Exact);
+    }
     match settings.reservoir {
         Some(Reservoir::Exact) if !gpu.features().int64_atomics => Err(Error::Usage(
-            "--reservoir exact needs 64-bit buffer atomics, which this device lacks; use lock".to_owned(),
+            "--lighting volumes --reservoir exact needs 64-bit buffer atomics, which this device lacks; use lock or --lighting gather".to_owned(),
         )),
         Some(mode) => Ok(mode),
         None if gpu.features().int64_atomics => Ok(Reservoir::Exact),
@@ -332,6 +344,7 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         upper_capacity: 1,
         shadow_points: settings.shadow_points,
         shadow_samples: if settings.shadows.is_on() { settings.shadow_samples } else { 0 },
+        lighting: lighting_mode(settings),
         reservoir,
         build: settings.build,
         filter: settings.filter,
@@ -415,6 +428,7 @@ fn calibrate(
     shape.levels = levels;
     shape.grid_capacity = (f64::from(s1_count + upper) * CAPACITY_MARGIN) as u32 + 1024;
     shape.upper_capacity = (f64::from(upper) * CAPACITY_MARGIN) as u32 + 1024;
+    check_light_rows(gpu, shape)?;
     log::info!("{} lights, {} levels, {s1_count} lights in S1", positions.len(), top);
     Ok(())
 }
@@ -433,6 +447,18 @@ fn check_vpls(gpu: &Gpu, settings: &Settings, slots_per_vpl: f64) -> Result<()> 
         settings.vpls,
         limit as u64 >> 20,
         most / 1000 * 1000
+    )))
+}
+
+/// The image that holds the merged lights must fit the device.
+fn check_light_rows(gpu: &Gpu, shape: &FrameShape) -> Result<()> {
+    let (rows, limit) = (merge::light_rows(shape), gpu.report().limits.image_edge_px);
+    if rows <= limit {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "--vpls leads to an image of {rows} rows for the lights of the hierarchy, beyond this device's limit of {limit}; \
+         ask for fewer"
     )))
 }
 

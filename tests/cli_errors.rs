@@ -346,7 +346,7 @@ fn the_graph_is_printed_and_nothing_else_happens() {
     let args: Vec<OsString> = place.command().get_args().map(OsString::from).collect();
     let run = succeed(&[args.as_slice(), &["--print-graph".into()]].concat());
     assert!(run.stdout.starts_with("digraph frame {") && run.stdout.ends_with("}\n"));
-    assert!(run.stdout.contains("label=\"light_volumes\\n"));
+    assert!(run.stdout.contains("label=\"light_gather\\n"));
     assert_eq!(names(place.folder.path()), before);
     assert_eq!(std::fs::read(place.path("out.exr")).unwrap(), OLD);
     place.options(2, &["size 0x9"], "--print-graph --size 0x9");

@@ -266,7 +266,9 @@ fn an_independent_script_computes_the_same() {
         ("plain", EXACT),
         ("mean", "--accumulate 2 --direct off"),
         ("interleaved", "--interleave 2 --reservoir lock --alpha 2"),
+        ("volumes", "--lighting volumes --reservoir exact --interleave 4"),
         ("scattered", "--build scatter --first-level 0 --shadow-samples 0"),
+        ("originals", "--first-level 0"),
     ] {
         let path = dump(folder.path(), name, options);
         let found = recompute(python, &path, &["--pixels", "100"]);

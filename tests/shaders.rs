@@ -13,7 +13,9 @@ use gridlight::passes::FrameShape;
 use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
-use gridlight::settings::{Build, Filter, Levels, LightSet, Reservoir, Settings, Size, Switch, Technique, View};
+use gridlight::settings::{
+    Build, Filter, Levels, LightSet, LightingMode, Reservoir, Settings, Size, Switch, Technique, View,
+};
 use gridlight::shader::{source, spirv};
 
 fn shaders_dir() -> &'static Path {
@@ -74,6 +76,12 @@ fn small() -> Settings {
     Settings { size: Size { width: 48, height: 27 }, vpls: 500, levels: Levels::Fixed(3), ..Settings::default() }
 }
 
+/// The ways in which lights reach pixels: volumes with each kind of reservoir, and gathering.
+fn lightings(reservoirs: &[Reservoir]) -> Vec<(Option<LightingMode>, Option<Reservoir>)> {
+    let volumes = reservoirs.iter().map(|reservoir| (Some(LightingMode::Volumes), Some(*reservoir)));
+    volumes.chain([(Some(LightingMode::Gather), None)]).collect()
+}
+
 /// Every mode at least once; modes that meet in one pass in every combination.
 fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     let mut modes = vec![
@@ -87,12 +95,12 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     let mut others = [(Build::Gather, Filter::Atrous, 1), (Build::Scatter, Filter::None, 0)].into_iter().cycle();
     for interleave in [1, 2, 4] {
         for shadow_samples in [0, 1, 16] {
-            for reservoir in reservoirs {
+            for (lighting, reservoir) in lightings(reservoirs) {
                 if let Some((build, filter, first_level)) = others.next() {
-                    let reservoir = Some(*reservoir);
                     modes.push(Settings {
                         interleave,
                         shadow_samples,
+                        lighting,
                         reservoir,
                         build,
                         filter,
@@ -104,11 +112,13 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
         }
     }
     for (build, filter, first_level) in [(Build::Gather, Filter::None, 0), (Build::Scatter, Filter::Atrous, 1)] {
-        modes.push(Settings { build, filter, first_level, ..small() });
+        for shadow_samples in [0, 4] {
+            modes.push(Settings { build, filter, first_level, shadow_samples, ..small() });
+        }
     }
     for view in View::value_variants().iter().filter(|view| **view != View::Final) {
-        for reservoir in reservoirs {
-            modes.push(Settings { view: *view, reservoir: Some(*reservoir), ..small() });
+        for (lighting, reservoir) in lightings(reservoirs) {
+            modes.push(Settings { view: *view, lighting, reservoir, ..small() });
         }
     }
     modes
@@ -175,10 +185,13 @@ fn the_fallbacks_of_the_baseline_run() {
     assert!(used.contains("light_volumes/shade_light_volume_lock.frag"));
     let scene = room();
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
-    let defaults = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &small()).unwrap();
+    let gathered = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &small()).unwrap();
+    assert_eq!(gathered.shape().reservoir, Reservoir::Exact);
+    let volumes = Settings { lighting: Some(LightingMode::Volumes), ..small() };
+    let defaults = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &volumes).unwrap();
     assert_eq!(defaults.shape().reservoir, Reservoir::Lock);
     assert_eq!(defaults.shape().lighting_format, ash::vk::Format::R16G16B16A16_SFLOAT);
-    let exact = Settings { reservoir: Some(Reservoir::Exact), ..small() };
+    let exact = Settings { reservoir: Some(Reservoir::Exact), ..volumes };
     let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &exact).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
 }

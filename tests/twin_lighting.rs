@@ -1,4 +1,4 @@
-//! The light volumes against a sum over all lights on the CPU: blending, lobes, singularity clamp, interleaved
+//! The light volumes and the gather against a sum over all lights on the CPU: blending, lobes, singularity clamp, interleaved
 //! viewports. Also that what covers no pixel loses none.
 
 mod common;
@@ -11,7 +11,7 @@ use gridlight::cpu::lights::{blend_weight, light_response};
 use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
-use gridlight::settings::{Settings, Size, Technique};
+use gridlight::settings::{LightingMode, Settings, Size, Technique};
 use gridlight::shared::{GridLight, GridPlacement};
 
 const ALBEDO: f32 = 0.5;
@@ -20,8 +20,9 @@ fn room() -> Scene {
     lamp_room(Vec3::splat(ALBEDO))
 }
 
-fn settings(alpha: f32, first_level: u32) -> Settings {
+fn settings(lighting: LightingMode, alpha: f32, first_level: u32) -> Settings {
     Settings {
+        lighting: Some(lighting),
         size: Size { width: 40, height: 26 },
         vpls: 2000,
         alpha,
@@ -106,9 +107,9 @@ fn compare(gpu: &[Vec3], cpu: &[Vec3]) -> Verdict {
 }
 
 /// Indirect lighting per unit albedo on both sides.
-fn both(alpha: f32, first_level: u32) -> (Vec<Vec3>, Vec<Vec3>) {
+fn both(lighting_mode: LightingMode, alpha: f32, first_level: u32) -> (Vec<Vec3>, Vec<Vec3>) {
     let scene = room();
-    let settings = settings(alpha, first_level);
+    let settings = settings(lighting_mode, alpha, first_level);
     let (direct, ..) = render(&scene, &Settings { technique: Technique::Direct, ..settings.clone() });
     let (all, lights, grid) = render(&scene, &settings);
     let grid = grid.expect("the hierarchy has a grid");
@@ -125,16 +126,18 @@ fn both(alpha: f32, first_level: u32) -> (Vec<Vec3>, Vec<Vec3>) {
 }
 
 #[test]
-fn light_volumes_are_a_sum_over_all_lights() {
+fn lighting_is_a_sum_over_all_lights() {
     for (alpha, first_level) in [(0.5, 1), (1.0, 1), (2.0, 1), (1.0, 0)] {
-        let (gpu, cpu) = both(alpha, first_level);
-        compare(&gpu, &cpu).unwrap_or_else(|e| panic!("alpha {alpha}, first level {first_level}: {e}"));
+        for mode in [LightingMode::Volumes, LightingMode::Gather] {
+            let (gpu, cpu) = both(mode, alpha, first_level);
+            compare(&gpu, &cpu).unwrap_or_else(|e| panic!("{mode:?}, alpha {alpha}, first level {first_level}: {e}"));
+        }
     }
 }
 
 #[test]
 fn a_lighting_wrong_by_twice_the_tolerance_is_noticed() {
-    let (gpu, cpu) = both(1.0, 1);
+    let (gpu, cpu) = both(LightingMode::Gather, 1.0, 1);
     let brighter: Vec<Vec3> = cpu.iter().map(|v| *v * (1.0 + 2.0 * tolerance())).collect();
     assert!(compare(&gpu, &brighter).is_err());
 }

@@ -42,7 +42,7 @@ HALF_FLOAT_TOLERANCE = 0.1
 
 def tolerance_of(name, tolerance, dump):
     """The tolerance of a stage for this dump."""
-    half = name == "lighting" and dump.files["light_volumes", "lighting"]["dtype"] == "<f2"
+    half = name == "lighting" and dump.files[dump.lighting_step, "lighting"]["dtype"] == "<f2"
     return HALF_FLOAT_TOLERANCE if half else tolerance
 
 

@@ -6,6 +6,8 @@ layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer Bits { uint bits[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer BlockSums { uint block_sums[]; };
 // The words [first_word, first_word + word_count) are scanned.
+#include "exclusive_scan/value.glsl"
+
 layout(push_constant) uniform Push { uint first_word; uint word_count; };
 
 shared uint partial[WORKGROUP_SIZE];
@@ -15,7 +17,7 @@ void main() {
     uint sum = 0u;
     for (uint i = 0u; i < SCAN_BLOCK / WORKGROUP_SIZE; ++i) {
         uint word = linear_group() * SCAN_BLOCK + i * WORKGROUP_SIZE + lane;
-        sum += word < word_count ? uint(bitCount(bits[first_word + word])) : 0u;
+        sum += word < word_count ? value_of(first_word + word) : 0u;
     }
     partial[lane] = sum;
     barrier();

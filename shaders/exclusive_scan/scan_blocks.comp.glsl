@@ -6,6 +6,8 @@ layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer Bits { uint bits[]; };
 layout(set = 0, binding = 2, std430) readonly buffer BlockSums { uint block_sums[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Ranks { uint ranks[]; };
+#include "exclusive_scan/value.glsl"
+
 layout(push_constant) uniform Push { uint first_word; uint word_count; };
 
 const uint WORDS_PER_LANE = SCAN_BLOCK / WORKGROUP_SIZE;
@@ -16,7 +18,7 @@ void main() {
     uint words[WORDS_PER_LANE];
     uint sum = 0u;
     for (uint i = 0u; i < WORDS_PER_LANE; ++i) {
-        words[i] = first + i < word_count ? uint(bitCount(bits[first_word + first + i])) : 0u;
+        words[i] = first + i < word_count ? value_of(first_word + first + i) : 0u;
         sum += words[i];
     }
     uint total;

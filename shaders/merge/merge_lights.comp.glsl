@@ -1,4 +1,4 @@
-// Copies the lights of all used levels into one list, dealt to the sub-images with their flux scaled to match.
+// Copies the lights of all used levels into one list, as structs and as texels, dealt to the sub-images with their flux scaled to match.
 // One thread per light: grid lights first, then S0 when it is used. `vertex` of a merged light is its index in
 // the grid lights or in S0.
 #include "common/frame.glsl"
@@ -7,6 +7,7 @@
 #include "common/octahedral.glsl"
 #include "common/lights.glsl"
 #include "common/original_lights.glsl"
+#include "common/light_texels.glsl"
 #include "common/dispatch.glsl"
 
 layout(local_size_x = WORKGROUP_SIZE) in;
@@ -18,20 +19,31 @@ layout(set = 0, binding = 5, std430) readonly buffer LightFluxes { vec4 light_fl
 layout(set = 0, binding = 6, std430) readonly buffer LightCounts { uint light_counts[]; };
 layout(set = 0, binding = 7, std430) writeonly buffer MergedLights { GridLight merged_lights[]; };
 
+layout(set = 0, binding = 8, std430) readonly buffer Grid { GridPlacement grid; };
+layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D light_texels;
+
 #include "common/level_table.glsl"
 #include "merge/tiles.glsl"
+
+void store(uint index, GridLight light) {
+    merged_lights[index] = light;
+    float radius = alpha() * cell_size(grid.h_top, light.level);
+    imageStore(light_texels, light_texel(index, 0u), vec4(light.position_ws, radius));
+    imageStore(light_texels, light_texel(index, 1u), vec4(light.lobe, 0.0));
+    imageStore(light_texels, light_texel(index, 2u), vec4(light.flux, 0.0));
+}
 
 void deal(GridLight light, uint index, uint count) {
     uint tile_count = interleave() * interleave();
     if (count < tile_count) {
         for (uint tile = 0u; tile < tile_count; ++tile) {
-            merged_lights[tiles[TILE_STRIDE * tile + light.level] + index] = light;
+            store(tiles[TILE_STRIDE * tile + light.level] + index, light);
         }
         return;
     }
     light.flux *= float(tile_count);
     light.luminance *= float(tile_count);
-    merged_lights[tiles[TILE_STRIDE * (index % tile_count) + light.level] + index / tile_count] = light;
+    store(tiles[TILE_STRIDE * (index % tile_count) + light.level] + index / tile_count, light);
 }
 
 GridLight original_light(uint index) {

@@ -1,18 +1,13 @@
-// Reading the reservoirs that light_volumes has filled. Needs frame.glsl; RESERVOIR_BINDING and, for packed 64-bit
-// keys, RESERVOIR_EXACT are defined by the includer.
-#ifdef RESERVOIR_EXACT
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-layout(set = 0, binding = RESERVOIR_BINDING, std430) readonly buffer Reservoirs { uint64_t reservoirs[]; };
-#else
+// Reading the reservoirs. Needs frame.glsl; RESERVOIR_BINDING is defined by the includer.
 layout(set = 0, binding = RESERVOIR_BINDING, std430) readonly buffer Reservoirs { uint reservoirs[]; };
-#endif
+// 1: light and key per sample, two words each; 0: per pixel lock, total, and the light of each sample.
+layout(constant_id = 2) const uint EXACT = 1u;
 
 // The merged light in reservoir `i` of a pixel, or NO_LIGHT where it has stayed empty.
 uint selected_light(uint pixel_index, uint i) {
-#ifdef RESERVOIR_EXACT
-    return uint(reservoirs[pixel_index * shadow_sample_count() + i] & 0xfffffffful);
-#else
+    if (EXACT != 0u) {
+        return reservoirs[2u * (pixel_index * shadow_sample_count() + i)];
+    }
     uint base = pixel_index * (shadow_sample_count() + 2u);
     return reservoirs[base + 1u] == 0u ? NO_LIGHT : reservoirs[base + 2u + i];
-#endif
 }

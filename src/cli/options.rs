@@ -6,8 +6,8 @@ use clap::ArgAction;
 
 use super::Verbosity;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, Settings, ShadowPoints, Size, Switch,
-    Technique, View,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Reservoir, Settings, ShadowPoints, Size,
+    Switch, Technique, View,
 };
 
 #[derive(Debug, clap::Args)]
@@ -136,7 +136,12 @@ pub(super) struct ShadowArgs {
     /// one by its deviation as in the paper [default: descent]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "descent|deviation")]
     pub shadow_points: Option<ShadowPoints>,
-    /// Reservoir update [default: exact where the device has 64-bit atomics, else lock]
+    /// How lights reach the pixels: gathered by tiles of pixels, or drawn as volumes [default: gather, volumes with
+    /// --reservoir race or lock]
+    #[arg(long, value_enum, hide_possible_values = true, value_name = "volumes|gather")]
+    pub lighting: Option<LightingMode>,
+    /// Reservoir update; gathering knows `exact` only [default: exact; for volumes on a device without 64-bit
+    /// atomics lock]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "race|lock|exact")]
     pub reservoir: Option<Reservoir>,
     /// Filter of the shadow estimates [default: atrous]
@@ -263,6 +268,7 @@ impl ShadowArgs {
         set(&mut settings.shadows, self.shadows);
         set(&mut settings.shadow_from, self.shadow_from);
         set(&mut settings.shadow_points, self.shadow_points);
+        settings.lighting = self.lighting.or(settings.lighting);
         settings.reservoir = self.reservoir.or(settings.reservoir);
         set(&mut settings.filter, self.filter);
     }

@@ -48,7 +48,8 @@ pub fn declare_lights(frame: &mut Frame) -> Lights {
 pub fn pack_lights(frame: &mut Frame, slots: &VplSlots) -> Lights {
     let words = slots.count.div_ceil(32);
     let ranks = frame.graph.transient_buffer("vpl_slot_ranks", 4 * u64::from(words + 1));
-    let range = ScanRange { bits: slots.bits, ranks, first_word: 0, word_count: words, keep_ranks: false };
+    let range =
+        ScanRange { bits: slots.bits, ranks, first_word: 0, word_count: words, keep_ranks: false, values: false };
     exclusive_scan::add(frame, "vpls", range);
     let lights = declare_lights(frame);
     let work = ComputeWork {
@@ -122,7 +123,8 @@ pub fn compact_levels(frame: &mut Frame, what: &str, grid: &GridLights, first: u
     let levels = frame.shape.levels;
     let (first_word, end_word) = (levels.first_word(first), levels.end_word(last));
     let word_count = end_word - first_word;
-    let range = ScanRange { bits: grid.occupancy, ranks: grid.ranks, first_word, word_count, keep_ranks: true };
+    let range =
+        ScanRange { bits: grid.occupancy, ranks: grid.ranks, first_word, word_count, keep_ranks: true, values: false };
     exclusive_scan::add(frame, what, range);
     let count = ComputeWork {
         push: vec![first, last, frame.shape.grid_capacity],

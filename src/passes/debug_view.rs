@@ -91,12 +91,10 @@ pub fn show_overdraw(frame: &mut Frame, overdraw: BufferHandle) -> ImageHandle {
 /// Adds the pass for the levels of the lights in each pixel's reservoirs.
 pub fn show_chosen_levels(frame: &mut Frame, merged: &MergedLights, reservoirs: BufferHandle) -> ImageHandle {
     let values = values_image(frame);
-    let name = match frame.shape.reservoir {
-        Reservoir::Exact => "debug_view/show_chosen_levels_exact",
-        Reservoir::Race | Reservoir::Lock => "debug_view/show_chosen_levels",
-    };
+    let constants = vec![0, frame.shape.lobe.code(), u32::from(frame.shape.reservoir == Reservoir::Exact)];
+    let work = ComputeWork { constants, ..shader("debug_view/show_chosen_levels", frame.per_pixel()) };
     let pass = frame
-        .compute("debug_view", shader(name, frame.per_pixel()))
+        .compute("debug_view", work)
         .bind(1, merged.lights, Access::ComputeRead)
         .bind(2, reservoirs, Access::ComputeRead)
         .bind(3, values, Access::ComputeWrite);

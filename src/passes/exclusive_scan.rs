@@ -18,6 +18,8 @@ pub struct ScanRange {
     pub word_count: u32,
     /// Whether `ranks` already holds the ranks of another range.
     pub keep_ranks: bool,
+    /// Sum the words as numbers instead of their set bits.
+    pub values: bool,
 }
 
 /// Adds the three passes, named `exclusive_scan/<what>/...`.
@@ -29,10 +31,11 @@ pub fn add(frame: &mut Frame, what: &str, range: ScanRange) {
         push: push.clone(),
         ..shader(&format!("exclusive_scan/{name}"), Dispatch::groups(groups))
     };
+    let variant = |name: &str| if range.values { format!("{name}_values") } else { name.to_owned() };
     let write_ranks = if range.keep_ranks { Access::ComputeReadWrite } else { Access::ComputeWrite };
     let name = |step: &str| format!("exclusive_scan/{what}/{step}");
     let reduce = frame
-        .compute(&name("reduce_blocks"), work("reduce_blocks", block_count))
+        .compute(&name("reduce_blocks"), work(&variant("reduce_blocks"), block_count))
         .bind(1, range.bits, Access::ComputeRead)
         .bind(2, sums, Access::ComputeWrite);
     frame.graph.add_pass(reduce);
@@ -42,7 +45,7 @@ pub fn add(frame: &mut Frame, what: &str, range: ScanRange) {
         .bind(2, range.ranks, write_ranks);
     frame.graph.add_pass(scan_sums);
     let scan = frame
-        .compute(&name("scan_blocks"), work("scan_blocks", block_count))
+        .compute(&name("scan_blocks"), work(&variant("scan_blocks"), block_count))
         .bind(1, range.bits, Access::ComputeRead)
         .bind(2, sums, Access::ComputeRead)
         .bind(3, range.ranks, Access::ComputeReadWrite);

@@ -21,6 +21,20 @@ pub struct Lighting {
     pub overdraw: BufferHandle,
 }
 
+/// Declares what lighting makes, whichever pass makes it.
+pub(super) fn declare(frame: &mut Frame, format: vk::Format) -> Lighting {
+    let [width_px, height_px] = frame.shape.interleaved_px();
+    let pixels = u64::from(width_px) * u64::from(height_px);
+    let image = frame.graph.transient_image("lighting", ImageInfo { format, width_px, height_px });
+    let overdraw_bytes = if frame.shape.count_overdraw { 4 * pixels } else { 16 };
+    let overdraw = frame.graph.persistent_buffer("overdraw", overdraw_bytes);
+    let reservoirs = (frame.shape.shadow_samples > 0).then(|| {
+        let bytes = reservoir_bytes(frame.shape.reservoir, frame.shape.shadow_samples);
+        frame.graph.transient_buffer("reservoirs", bytes * pixels)
+    });
+    Lighting { image, reservoirs, overdraw }
+}
+
 /// Adds the passes. `depth` is the depth buffer in the interleaved layout.
 pub fn add(
     frame: &mut Frame,
@@ -30,15 +44,7 @@ pub fn add(
     merged: &MergedLights,
 ) -> Lighting {
     let [width_px, height_px] = frame.shape.interleaved_px();
-    let pixels = u64::from(width_px) * u64::from(height_px);
-    let info = ImageInfo { format: frame.shape.lighting_format, width_px, height_px };
-    let image = frame.graph.transient_image("lighting", info);
-    let overdraw_bytes = if frame.shape.count_overdraw { 4 * pixels } else { 16 };
-    let overdraw = frame.graph.persistent_buffer("overdraw", overdraw_bytes);
-    let reservoirs = (frame.shape.shadow_samples > 0).then(|| {
-        let bytes = reservoir_bytes(frame.shape.reservoir, frame.shape.shadow_samples);
-        frame.graph.transient_buffer("reservoirs", bytes * pixels)
-    });
+    let Lighting { image, reservoirs, overdraw } = declare(frame, frame.shape.lighting_format);
     let mut cleared = vec![(overdraw, 0)];
     cleared.extend(reservoirs.map(|r| (r, empty_word(frame.shape.reservoir))));
     frame.clear("light_volumes/clear", &cleared);

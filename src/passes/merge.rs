@@ -1,31 +1,53 @@
 //! `merge`: the lights of all used levels in one list, dealt to the interleaved sub-images (section 4.1).
 
+use ash::vk;
+
 use super::compaction::{GridLights, Lights};
-use super::{Frame, shader};
+use super::{Frame, FrameShape, shader};
 use crate::gpu::Dispatch;
-use crate::graph::{Access, BufferHandle};
-use crate::shared::{GridLight, MAX_LEVEL};
+use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo};
+use crate::shared::{GridLight, LIGHT_TEXELS, LIGHTS_PER_ROW, MAX_LEVEL};
 
 /// The merged list.
 #[derive(Clone, Copy, Debug)]
 pub struct MergedLights {
     /// The lights: per sub-image, per level.
     pub lights: BufferHandle,
+    /// The lights once more as texels (`common/light_texels.glsl`).
+    pub texels: ImageHandle,
     /// Where each level of each sub-image starts.
     pub tiles: BufferHandle,
     /// One indirect draw per sub-image.
     pub draws: BufferHandle,
 }
 
-/// Adds the passes.
-pub fn add(frame: &mut Frame, lights: &Lights, grid: &GridLights) -> MergedLights {
-    let shape = &frame.shape;
+/// Lights that fit into the merged list.
+fn capacity(shape: &FrameShape) -> u32 {
     let tile_count = shape.interleave * shape.interleave;
     let originals = if shape.first_level == 0 { shape.light_capacity() } else { 0 };
     // Levels with fewer lights than sub-images are copied to each.
     let copies = tile_count * tile_count * (MAX_LEVEL + 1);
-    let capacity = u64::from(shape.grid_capacity + originals + copies);
+    shape.grid_capacity + originals + copies
+}
+
+/// Rows of the image that holds the merged lights.
+#[must_use]
+pub fn light_rows(shape: &FrameShape) -> u32 {
+    capacity(shape).div_ceil(LIGHTS_PER_ROW)
+}
+
+/// Adds the passes.
+pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights) -> MergedLights {
+    let shape = &frame.shape;
+    let tile_count = shape.interleave * shape.interleave;
+    let capacity = u64::from(capacity(shape));
+    let info = ImageInfo {
+        format: vk::Format::R32G32B32A32_SFLOAT,
+        width_px: LIGHTS_PER_ROW * LIGHT_TEXELS,
+        height_px: light_rows(shape),
+    };
     let merged = MergedLights {
+        texels: frame.graph.transient_image("merged_light_texels", info),
         lights: frame.graph.persistent_buffer("merged_lights", size_of::<GridLight>() as u64 * capacity),
         tiles: frame.graph.persistent_buffer("tiles", 4 * u64::from(tile_count * (MAX_LEVEL + 2))),
         draws: frame.graph.transient_buffer("light_volume_draws", 16 * u64::from(tile_count)),
@@ -49,6 +71,8 @@ pub fn add(frame: &mut Frame, lights: &Lights, grid: &GridLights) -> MergedLight
         .bind(5, lights.fluxes, Access::ComputeRead)
         .bind(6, lights.counts, Access::ComputeRead)
         .bind(7, merged.lights, Access::ComputeWrite)
+        .bind(8, placement, Access::ComputeRead)
+        .bind(9, merged.texels, Access::ComputeWrite)
         .uses(dispatch, Access::IndirectRead);
     frame.graph.add_pass(pass);
     merged

@@ -16,6 +16,8 @@ pub mod gbuffer;
 pub mod grid_gather;
 pub mod grid_scatter;
 pub mod interleave;
+pub mod light_buckets;
+pub mod light_gather;
 pub mod light_volumes;
 pub mod merge;
 pub mod path_trace;
@@ -29,7 +31,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Center, Filter, Lobe, Reservoir, ShadowPoints, View};
+use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Reservoir, ShadowPoints, View};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -71,7 +73,9 @@ pub struct FrameShape {
     pub shadow_points: ShadowPoints,
     /// Reservoirs per pixel; 0 is no shadows of indirect light, with any technique.
     pub shadow_samples: u32,
-    /// How reservoirs are updated.
+    /// How lights reach the pixels.
+    pub lighting: LightingMode,
+    /// How reservoirs are updated; `Exact` where lights are gathered.
     pub reservoir: Reservoir,
     /// How levels above S1 are built.
     pub build: Build,

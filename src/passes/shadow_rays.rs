@@ -45,13 +45,11 @@ pub struct Inputs {
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> ShadowEstimates {
     let shadowed = frame.image("shadowed", FORMAT);
     let unshadowed = frame.image("unshadowed", FORMAT);
-    let name = match frame.shape.reservoir {
-        Reservoir::Exact => "shadow_rays/trace_shadow_rays_exact",
-        Reservoir::Race | Reservoir::Lock => "shadow_rays/trace_shadow_rays",
-    };
-    let constants = vec![u32::from(inputs.descent.is_some()), frame.shape.lobe.code()];
+    let exact = frame.shape.reservoir == Reservoir::Exact;
+    let constants = vec![u32::from(inputs.descent.is_some()), frame.shape.lobe.code(), u32::from(exact)];
     let push = vec![inputs.descent.map_or(0, |d| d.index_bits)];
-    let work = ComputeWork { uses_scene: true, constants, push, ..shader(name, frame.per_pixel()) };
+    let work =
+        ComputeWork { uses_scene: true, constants, push, ..shader("shadow_rays/trace_shadow_rays", frame.per_pixel()) };
     // Without descent the tables are not read, but a binding needs a buffer.
     let unused = inputs.grid.ranks;
     let pass = frame

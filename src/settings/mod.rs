@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
 pub use values::{
-    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, ShadowPoints, Size, Switch, Technique, View,
-    name,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Reservoir, ShadowPoints, Size, Switch,
+    Technique, View, name,
 };
 
 /// Everything that decides what is rendered and where it goes.
@@ -68,7 +68,9 @@ pub struct Settings {
     pub shadow_from: u32,
     /// Where on a chosen light the shadow ray ends.
     pub shadow_points: ShadowPoints,
-    /// How reservoirs are updated; `None` is `exact` where the device has 64-bit atomics, else `lock`.
+    /// How lights reach the pixels; `None` is `gather`, and `volumes` for reservoirs that only those have.
+    pub lighting: Option<LightingMode>,
+    /// How reservoirs are updated; `None` is `exact`, but for light volumes on a device without 64-bit atomics `lock`.
     pub reservoir: Option<Reservoir>,
     /// How the levels above the first are built.
     pub build: Build,
@@ -126,6 +128,7 @@ impl Default for Settings {
             shadows: Switch::On,
             shadow_from: 1,
             shadow_points: ShadowPoints::Descent,
+            lighting: None,
             reservoir: None,
             build: Build::Gather,
             filter: Filter::Atrous,
@@ -255,6 +258,7 @@ mod tests {
             shadows: Switch::Off,
             shadow_from: 3,
             shadow_points: ShadowPoints::Deviation,
+            lighting: Some(LightingMode::Volumes),
             reservoir: Some(Reservoir::Lock),
             build: Build::Scatter,
             filter: Filter::None,

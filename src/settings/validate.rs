@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::{Exposure, Levels, LightSet, Settings, Technique, name};
+use super::{Exposure, Levels, LightSet, LightingMode, Reservoir, Settings, Technique, name};
 use crate::report::files::FileKind;
 use crate::{Error, Result};
 
@@ -64,6 +64,13 @@ impl Settings {
         let name = name(&self.technique);
         require(self.technique == Technique::Lgh || self.reservoir.is_none(), || {
             format!("technique {name} has no reservoirs: leave reservoir out, or choose technique lgh")
+        })?;
+        require(self.technique == Technique::Lgh || self.lighting.is_none(), || {
+            format!("technique {name} has no lights of a hierarchy: leave lighting out, or choose technique lgh")
+        })?;
+        let picks_otherwise = matches!(self.reservoir, Some(Reservoir::Race | Reservoir::Lock));
+        require(!picks_otherwise || self.lighting != Some(LightingMode::Gather), || {
+            "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes".to_owned()
         })?;
         let traced = matches!(self.technique, Technique::Lgh | Technique::BruteForce) && self.lights != LightSet::Scene;
         require(!traced || self.bounces > 0, || {
@@ -129,7 +136,7 @@ fn has_extension(key: &str, path: &Path, kinds: &[FileKind]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::{Reservoir, Size};
+    use crate::settings::Size;
 
     fn complaint(change: impl FnOnce(&mut Settings)) -> String {
         let mut settings = Settings::default();
@@ -190,6 +197,17 @@ mod tests {
     fn contradictions() {
         let sentence = complaint(|s| (s.technique, s.reservoir) = (Technique::Direct, Some(Reservoir::Race)));
         assert_eq!(sentence, "technique direct has no reservoirs: leave reservoir out, or choose technique lgh");
+        let sentence = complaint(|s| (s.technique, s.lighting) = (Technique::Direct, Some(LightingMode::Volumes)));
+        assert_eq!(
+            sentence,
+            "technique direct has no lights of a hierarchy: leave lighting out, or choose technique lgh"
+        );
+        let gather = Some(LightingMode::Gather);
+        let sentence = complaint(|s| (s.lighting, s.reservoir) = (gather, Some(Reservoir::Lock)));
+        assert_eq!(
+            sentence,
+            "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes"
+        );
         for lights in [LightSet::Vpl, LightSet::Both] {
             let sentence = complaint(|s| (s.bounces, s.lights) = (0, lights));
             assert_eq!(sentence, "bounces 0 leaves no virtual point lights: give at least 1, or choose lights scene");

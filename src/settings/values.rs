@@ -126,6 +126,16 @@ pub enum LightSet {
     Both,
 }
 
+/// How the lights of the hierarchy reach the pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightingMode {
+    /// Light volumes: cubes that are drawn and blended, as in the paper.
+    Volumes,
+    /// Tiles of pixels gather the lights within reach, in compute.
+    Gather,
+}
+
 /// How a pixel's reservoirs are updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

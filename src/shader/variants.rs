@@ -30,14 +30,26 @@ type VariantSpec = (&'static str, &'static [(&'static str, &'static str)]);
 /// Files with several variants. Features that change which SPIR-V capabilities a module needs must be
 /// variants; everything else is a specialization constant.
 const VARIANTS: &[(&str, &[VariantSpec])] = &[
+    ("exclusive_scan/reduce_blocks.comp.glsl", SCANNED),
+    ("exclusive_scan/scan_blocks.comp.glsl", SCANNED),
+    ("light_gather/shade_tiles.comp.glsl", GATHERS),
     ("light_volumes/shade_light_volume.frag.glsl", RESERVOIR_MODES),
     ("light_volumes/shade_top_level.frag.glsl", RESERVOIR_MODES),
-    ("shadow_rays/trace_shadow_rays.comp.glsl", RESERVOIR_LAYOUTS),
-    ("debug_view/show_chosen_levels.comp.glsl", RESERVOIR_LAYOUTS),
 ];
 
 /// A file with only itself as its variant.
 const PLAIN: &[VariantSpec] = &[("", &[])];
+
+/// What is summed: set bits, or words as numbers.
+const SCANNED: &[VariantSpec] = &[("", &[]), ("_values", &[("SCAN_VALUES", "1")])];
+
+/// Gathering without reservoirs, and with the lights themselves as first level, which needs their lists.
+const GATHERS: &[VariantSpec] = &[
+    ("", &[]),
+    ("_none", &[("RESERVOIR_NONE", "1")]),
+    ("_first_level_0", &[("FIRST_LEVEL_0", "1")]),
+    ("_first_level_0_none", &[("FIRST_LEVEL_0", "1"), ("RESERVOIR_NONE", "1")]),
+];
 
 /// `--shadow-samples 0` needs no reservoir, the other modes update it in three ways.
 const RESERVOIR_MODES: &[VariantSpec] = &[
@@ -46,9 +58,6 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
     ("_lock", &[("RESERVOIR_LOCK", "1")]),
     ("_exact", &[("RESERVOIR_EXACT", "1")]),
 ];
-
-/// Readers only care whether a reservoir is a packed 64-bit key or a plain light index.
-const RESERVOIR_LAYOUTS: &[VariantSpec] = &[("", &[]), ("_exact", &[("RESERVOIR_EXACT", "1")])];
 
 /// The variants of the shader file at `relative` (path under `shaders/`).
 ///

@@ -52,6 +52,10 @@ shared_constants! {
     LOBE_SH1 = 2;
     /// `--lobe sh1-nonlinear`.
     LOBE_SH1_NONLINEAR = 3;
+    /// Merged lights in a row of the image that holds them once more.
+    LIGHTS_PER_ROW = 1024;
+    /// Texels of a light in that image.
+    LIGHT_TEXELS = 3;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

@@ -153,6 +153,7 @@ pub fn shape(options: Options) -> FrameShape {
         upper_capacity: options.grid_capacity.unwrap_or(all),
         shadow_points: ShadowPoints::Descent,
         shadow_samples: 0,
+        lighting: gridlight::settings::LightingMode::Gather,
         reservoir: Reservoir::Lock,
         build: options.build,
         filter: Filter::None,

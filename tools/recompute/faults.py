@@ -24,11 +24,15 @@ def everywhere(_array):
 
 
 def sample_keys(dump):
-    samples = dump.get("light_volumes", "reservoirs")
+    samples = dump.get(dump.lighting_step, "reservoirs")
     if "total" in samples.dtype.names:
         samples["total"] *= 1.01
     else:
         samples["key"] *= 1.01
+
+
+def lighting_step(dump):
+    return dump.lighting_step
 
 
 def top_lights(dump):
@@ -57,7 +61,7 @@ FAULTS = {
     "merge": ("merged", scale_part("merge", "merged_lights", "flux", brightest, 1.01)),
     "radius": ("blending", scale_part("merge", "blending_radii", None, everywhere, 1.01)),
     "depth": ("lighting", scale_part("gbuffer", "gbuffer_depth", None, everywhere, 1.05)),
-    "lighting": ("lighting", scale_part("light_volumes", "lighting", None, everywhere, 1.01)),
+    "lighting": ("lighting", scale_part(lighting_step, "lighting", None, everywhere, 1.01)),
     "sample": ("shadow samples", sample_keys),
     "shadow": ("compose", last_shadows),
     "picture": ("tone_map", picture),

@@ -73,10 +73,10 @@ class Surface:
 
 
 def lighting(dump, rng, pixels):
-    if not dump.has("light_volumes", "lighting"):
+    if not dump.has(dump.lighting_step, "lighting"):
         return 0, 0.0
     surface = Surface(dump, rng, pixels)
-    found = dump.get("light_volumes", "lighting")[surface.row, surface.column]
+    found = dump.get(dump.lighting_step, "lighting")[surface.row, surface.column]
     expected = np.zeros(found.shape)
     for pixel in range(len(found)):
         radiance, start = surface.lit(dump, pixel)
@@ -98,15 +98,15 @@ def hash_words(value):
 def shadow_samples(dump, rng, pixels):
     """The light that each reservoir kept is the one with the smallest key -ln(u) / f; where every pixel's sum of weights
     was kept instead, that sum."""
-    if not dump.has("light_volumes", "reservoirs"):
+    if not dump.has(dump.lighting_step, "reservoirs"):
         return 0, 0.0
-    surface, reservoirs = Surface(dump, rng, pixels), dump.get("light_volumes", "reservoirs")
+    surface, reservoirs = Surface(dump, rng, pixels), dump.get(dump.lighting_step, "reservoirs")
     found = reservoirs[surface.row, surface.column]
     if dump.manifest["settings"]["reservoir"] == "race":
         # Updates may be lost, by design.
         return 0, 0.0
     if "total" in found.dtype.names:
-        total = dump.get("light_volumes", "lighting")[surface.row, surface.column, 3]
+        total = dump.get(dump.lighting_step, "lighting")[surface.row, surface.column, 3]
         return total.size, worst(found["total"], total, magnitude(total))
     error, seed = 0.0, np.uint64(dump.frame["seed"])
     for pixel, chosen in enumerate(found):

@@ -64,6 +64,11 @@ class Dump:
     def has(self, step, resource):
         return (step, resource) in self.files
 
+    @property
+    def lighting_step(self):
+        """The pass that lights: tiles that gather, or light volumes."""
+        return "light_gather" if self.has("light_gather", "lighting") else "light_volumes"
+
     def get(self, step, resource):
         """An array, or for images float64 with the channels R, G, B, A or the one there is; UINT channels as they are."""
         key = (step, resource)

@@ -161,6 +161,11 @@ pub fn light_fluxes(bytes: &[u8], known: &Known) -> Array {
     Array::records(flux_fields(), &[known.light_counts[0].into()], bytes)
 }
 
+/// Lights of S0 in another order.
+pub fn light_bucket_lights(bytes: &[u8], known: &Known) -> Array {
+    Array::plain(Scalar::U32, &[known.light_counts[0].into()], bytes)
+}
+
 /// The three counts.
 pub fn light_counts(bytes: &[u8], _: &Known) -> Array {
     Array::records(vec![u("lights", &[]), u("vpls", &[]), u("vpls_lost", &[])], &[1], bytes)

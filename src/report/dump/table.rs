@@ -175,6 +175,30 @@ pub const TABLE: &[Entry] = &[
         contents::tiles,
         "For each sub-image the first merged light of every used level, and the end of the list.",
     ),
+    image(
+        "merged_light_texels",
+        "m, m; 1; flux",
+        RGBA,
+        "The merged lights once more, three texels each: centre and blending radius, mean normal, flux.",
+    ),
+    buffer(
+        "light_bucket_counts",
+        COUNT,
+        contents::all_words,
+        "Lights of S0 nearest to each S1 light's vertex; 0 again once they are listed.",
+    ),
+    buffer(
+        "light_bucket_starts",
+        "index",
+        contents::ranks,
+        "Where the lights nearest to each S1 light's vertex start in their list, and its end.",
+    ),
+    buffer(
+        "light_bucket_lights",
+        "index",
+        contents::light_bucket_lights,
+        "The lights of S0 by their nearest S1 vertex.",
+    ),
     buffer(
         "light_volume_draws",
         COUNT,
@@ -186,7 +210,7 @@ pub const TABLE: &[Entry] = &[
         "overdraw",
         COUNT,
         contents::overdraw,
-        "Light-volume fragments of each pixel, the lights of the top level included.",
+        "Lights that each pixel tests: light-volume fragments and the top level, or the candidates of its tile.",
     )),
     interleaved(buffer(
         "reservoirs",

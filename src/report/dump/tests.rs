@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use super::*;
 use crate::frame;
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, Reservoir, ShadowPoints, Technique, View};
+use crate::settings::{Build, Filter, LightingMode, Reservoir, ShadowPoints, Technique, View};
 
 fn shape() -> FrameShape {
     FrameShape {
@@ -28,6 +28,7 @@ fn shape() -> FrameShape {
         upper_capacity: 32,
         shadow_points: ShadowPoints::Descent,
         shadow_samples: 4,
+        lighting: LightingMode::Gather,
         reservoir: Reservoir::Exact,
         build: Build::Gather,
         filter: Filter::Atrous,
@@ -42,8 +43,14 @@ fn every_resource_has_an_entry() {
     let plain = shape();
     let shapes = [
         plain.clone(),
-        FrameShape { interleave: 4, filter: Filter::None, ..plain.clone() },
-        FrameShape { reservoir: Reservoir::Lock, build: Build::Scatter, first_level: 0, ..plain.clone() },
+        FrameShape { lighting: LightingMode::Volumes, interleave: 4, filter: Filter::None, ..plain.clone() },
+        FrameShape {
+            lighting: LightingMode::Volumes,
+            reservoir: Reservoir::Lock,
+            build: Build::Scatter,
+            first_level: 0,
+            ..plain.clone()
+        },
         FrameShape { shadow_points: ShadowPoints::Deviation, ..plain.clone() },
         FrameShape { shadow_samples: 0, interleave: 2, ..plain },
     ];

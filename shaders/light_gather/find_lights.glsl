@@ -1,0 +1,175 @@
+// Finding the lights that may reach a tile. A level's occupied vertices around the tile lead to its lights: along a row
+// of vertices they follow each other in the merged list, so that a row is a range of lights. Needs tile_bounds.glsl; the
+// includer declares the buffers.
+
+const uint LANES = TILE_SIZE * TILE_SIZE;
+// Lights that a thread keeps in one round; what is more is found in another round.
+const uint FOUND_PER_LANE = 32u;
+
+// A candidate: merged index, and the level above LEVEL_SHIFT.
+const uint LEVEL_SHIFT = 28u;
+const uint LIGHT_MASK = (1u << LEVEL_SHIFT) - 1u;
+
+// What each thread has found, and then all of it in one list, in the order of the threads: the same in every run.
+shared uint found_lights[FOUND_PER_LANE * LANES];
+shared uint candidates[FOUND_PER_LANE * LANES];
+shared uint found_counts[LANES];
+shared uint most_found;
+
+// The vertices whose lights may reach a cluster. Those of level 0, the lights themselves, are listed by vertices of S1.
+struct Reach {
+    uint level;
+    uint grid_level;
+    uvec3 low;
+    uvec3 extent;
+    // Of the level: its first light in the merged list, and their number before they are dealt to the sub-images.
+    uint first;
+    uint count;
+    // Of the vertices' level: rank of its first vertex, and number of its lights.
+    uint first_rank;
+    uint grid_count;
+};
+
+Reach reach_of(Cluster bounds, uint level, uint tile) {
+    uint grid_level = max(level, 1u);
+    float per_cell = 1.0 / cell_size(grid.h_top, grid_level);
+    // A grid light lies within a cell of its vertex, a light of level 0 within half a cell.
+    float margin = level == 0u ? alpha() + 0.501 : 2.0 * alpha() + 1.001;
+    vec3 origin = grid.origin_ws - frame.eye_near.xyz;
+    vec3 last = vec3(float(vertices_per_axis(grid_level) - 1u));
+    vec3 low = clamp(ceil((bounds.lowest - origin) * per_cell - margin), vec3(0.0), last + 1.0);
+    vec3 high = clamp(floor((bounds.highest - origin) * per_cell + margin), vec3(-1.0), last);
+    if (level == top_level()) {
+        low = vec3(0.0);
+        high = last;
+    }
+    uvec3 extent = uvec3(max(high - low + 1.0, vec3(0.0)));
+    uint count = level == 0u ? grid.light_count : level_count(level);
+    return Reach(level, grid_level, uvec3(low), extent, tiles[TILE_STRIDE * tile + level], count,
+                 ranks[first_word(grid_level)], level_count(grid_level));
+}
+
+// Whether a light may send anything to a cluster. Errs on the side of yes by more than rounding.
+bool may_reach(Cluster bounds, vec3 light, uint level, float radius) {
+    vec3 nearest = clamp(light, bounds.lowest, bounds.highest) - light;
+    if (level != top_level() && dot(nearest, nearest) >= 4.0004 * radius * radius) {
+        return false;
+    }
+    vec3 farthest = max(light - bounds.lowest, bounds.highest - light);
+    if (level != first_level() && dot(farthest, farthest) <= 0.24997 * radius * radius) {
+        return false;
+    }
+    vec3 most = max(bounds.lowest_normal * light, bounds.highest_normal * light);
+    vec3 scale = abs(light) + max(abs(bounds.lowest), abs(bounds.highest));
+    return most.x + most.y + most.z > bounds.lowest_plane - 1e-5 * (scale.x + scale.y + scale.z);
+}
+
+// Lights of the vertices' level before a word's bits `before`.
+uint rank_of(uint word, uint before, Reach reach) {
+    return min(ranks[word] - reach.first_rank + uint(bitCount(occupancy[word] & before)), reach.grid_count);
+}
+
+// Ranks of the lights of one row of vertices: the first and the end.
+uvec2 ranks_of_row(Reach reach, uint row) {
+    uvec3 vertex = reach.low + uvec3(0u, row % reach.extent.y, row / reach.extent.y);
+    uint first = rank_of(occupancy_word(vertex, reach.grid_level), (1u << (vertex.x % 32u)) - 1u, reach);
+    vertex.x += reach.extent.x - 1u;
+    uint end = rank_of(occupancy_word(vertex, reach.grid_level), ~0u >> (31u - vertex.x % 32u), reach);
+    return uvec2(first, end);
+}
+
+// Where light `index` of a level, or the first one after it, lies among those dealt to a sub-image.
+uint dealt_index(uint index, Reach reach, uint tile) {
+    uint tile_count = interleave() * interleave();
+    return reach.count < tile_count ? index : (index + tile_count - 1u - tile) / tile_count;
+}
+
+#ifdef FIRST_LEVEL_0
+// The lights of level 0 near each vertex of S1 are listed from bucket_starts[rank of the vertex] on.
+uvec2 lights_of_row(Reach reach, uint row, uint tile) {
+    uvec2 range = ranks_of_row(reach, row);
+    if (reach.level == 0u) {
+        return uvec2(bucket_starts[range.x], bucket_starts[range.y]);
+    }
+    return uvec2(dealt_index(range.x, reach, tile), dealt_index(range.y, reach, tile));
+}
+
+uint merged_light(Reach reach, uint i, uint tile) {
+    if (reach.level == 0u) {
+        uint light = bucket_lights[i];
+        uint dealt = dealt_index(light, reach, tile);
+        return dealt_index(light + 1u, reach, tile) > dealt ? reach.first + dealt : NO_LIGHT;
+    }
+    return reach.first + i;
+}
+#else
+uvec2 lights_of_row(Reach reach, uint row, uint tile) {
+    uvec2 range = ranks_of_row(reach, row);
+    return uvec2(dealt_index(range.x, reach, tile), dealt_index(range.y, reach, tile));
+}
+
+uint merged_light(Reach reach, uint i, uint tile) { return reach.first + i; }
+#endif
+
+// Finds the lights of one level in this thread's rows, and keeps those whose number, counted from `count`, is at least
+// `first`. `before` is a cluster whose lights have been found already. Returns the new count.
+uint find_in_level(Reach reach, Cluster own, Cluster before, bool has_before, uint tile, uint first, uint count) {
+    uint lane = gl_LocalInvocationIndex;
+    uint rows = reach.extent.x == 0u ? 0u : reach.extent.y * reach.extent.z;
+    float radius = alpha() * cell_size(grid.h_top, reach.level);
+    for (uint r = lane; r < rows; r += LANES) {
+        uvec2 range = lights_of_row(reach, r, tile);
+        for (uint i = range.x; i < range.y; ++i) {
+            uint light = merged_light(reach, i, tile);
+            vec3 position = texelFetch(light_texels, light_texel(light, 0u), 0).xyz - frame.eye_near.xyz;
+            bool reaches = light != NO_LIGHT && may_reach(own, position, reach.level, radius);
+            if (reaches && !(has_before && may_reach(before, position, reach.level, radius))) {
+                if (count >= first && count - first < FOUND_PER_LANE) {
+                    found_lights[(count - first) * LANES + lane] = light | reach.level << LEVEL_SHIFT;
+                }
+                ++count;
+            }
+        }
+    }
+    return count;
+}
+
+uint find_in_all(uint tile, uint first) {
+    uint count = 0u;
+    for (uint c = 0u; c < CLUSTERS; ++c) {
+        if (!is_cluster_empty(c)) {
+            Cluster own = cluster(c);
+            Cluster before = cluster(0u);
+            for (uint level = first_level(); level <= top_level(); ++level) {
+                count = find_in_level(reach_of(own, level, tile), own, before, c > 0u, tile, first, count);
+            }
+        }
+    }
+    return count;
+}
+
+// Lists the lights that may reach the tile, of each thread's at most FOUND_PER_LANE from number `first` on; all threads
+// must call. Returns how many are listed; `most` is the number of lights of the thread that has found most.
+uint list_candidates(uint tile, uint first, out uint most) {
+    uint lane = gl_LocalInvocationIndex;
+    most_found = 0u;
+    barrier();
+    uint count = find_in_all(tile, first);
+    atomicMax(most_found, count);
+    uint kept = min(count - min(first, count), FOUND_PER_LANE);
+    found_counts[lane] = kept;
+    barrier();
+    uint before = 0u;
+    uint total = 0u;
+    for (uint i = 0u; i < LANES; ++i) {
+        uint n = found_counts[i];
+        before += i < lane ? n : 0u;
+        total += n;
+    }
+    for (uint i = 0u; i < kept; ++i) {
+        candidates[before + i] = found_lights[i * LANES + lane];
+    }
+    most = most_found;
+    barrier();
+    return total;
+}

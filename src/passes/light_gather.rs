@@ -1,0 +1,67 @@
+//! `light_gather`: tiles of pixels gather the lights within their reach through the occupied grid vertices and pick
+//! shadow samples in registers. The same sums and the same picks as `light_volumes` with exact reservoirs.
+
+use ash::vk;
+
+use super::compaction::{GridLights, Lights};
+use super::gbuffer::GBuffer;
+use super::light_buckets;
+use super::light_volumes::{Lighting, declare};
+use super::merge::MergedLights;
+use super::{Frame, shader};
+use crate::gpu::{ComputeWork, Dispatch};
+use crate::graph::{Access, BufferHandle};
+use crate::shared::TILE_SIZE;
+
+/// What the pass reads besides the G-buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs {
+    /// S0.
+    pub lights: Lights,
+    /// Grid placement.
+    pub placement: BufferHandle,
+    /// Where a level has lights.
+    pub grid: GridLights,
+    /// The lights.
+    pub merged: MergedLights,
+}
+
+/// Adds the passes.
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> Lighting {
+    let Inputs { lights, placement, grid, merged } = inputs;
+    let buckets = (frame.shape.first_level == 0).then(|| light_buckets::add(frame, lights, *placement, grid));
+    let lighting = declare(frame, vk::Format::R32G32B32A32_SFLOAT);
+    let mut pass = frame
+        .compute("light_gather", work(frame))
+        .bind(1, merged.texels, Access::ComputeSampled)
+        .bind(2, merged.tiles, Access::ComputeRead)
+        .bind(3, *placement, Access::ComputeRead)
+        .bind(4, gbuffer.depth, Access::ComputeSampled)
+        .bind(5, gbuffer.normals, Access::ComputeSampled)
+        .bind(6, grid.occupancy, Access::ComputeRead)
+        .bind(7, grid.ranks, Access::ComputeRead)
+        .bind(8, grid.level_table, Access::ComputeRead)
+        .bind(9, lighting.image, Access::ComputeWrite)
+        .bind(10, lighting.overdraw, Access::ComputeWrite);
+    if let Some(reservoirs) = lighting.reservoirs {
+        pass = pass.bind(11, reservoirs, Access::ComputeWrite);
+    }
+    if let Some(buckets) = buckets {
+        pass = pass.bind(12, buckets.starts, Access::ComputeRead).bind(13, buckets.lights, Access::ComputeRead);
+    }
+    frame.graph.add_pass(pass);
+    lighting
+}
+
+/// One workgroup per tile of each sub-image.
+fn work(frame: &Frame) -> ComputeWork {
+    let shape = &frame.shape;
+    let [width, height] = shape.sub_image_px().map(|edge| edge.div_ceil(TILE_SIZE));
+    let originals = if shape.first_level == 0 { "_first_level_0" } else { "" };
+    let reservoirs = if shape.shadow_samples == 0 { "_none" } else { "" };
+    let dispatch = Dispatch::Groups([width, height, shape.interleave * shape.interleave]);
+    ComputeWork {
+        constants: vec![u32::from(shape.count_overdraw), shape.lobe.code(), shape.shadow_samples.max(1)],
+        ..shader(&format!("light_gather/shade_tiles{originals}{reservoirs}"), dispatch)
+    }
+}

@@ -1,6 +1,7 @@
 """The subcommands of tools/bench and their options."""
 import argparse
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -34,6 +35,12 @@ def at_least(least):
     return parse
 
 
+def size(text):
+    if not re.fullmatch(r"[1-9]\d*x[1-9]\d*", text):
+        raise argparse.ArgumentTypeError(f"'{text}' is not WIDTHxHEIGHT, such as 640x360")
+    return text
+
+
 def parser():
     result = Parser(
         prog="tools/bench", formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -64,7 +71,7 @@ def parser():
             command.add_argument("--results", type=Path, default=ROOT / "docs/results", metavar="DIR",
                                  help="default docs/results")
         if sized:
-            command.add_argument("--size", metavar="WxH", help="default 640x360 on a software driver, else 1280x720")
+            command.add_argument("--size", type=size, metavar="WxH", help="default 640x360 on a software driver, else 1280x720")
             command.add_argument("--quick", action="store_true", help="a tiny picture, few VPLs and one frame: shows that it "
                                  "works, measures nothing")
         if fixed:
@@ -114,14 +121,11 @@ def quoted(words):
     """Without what only says where things are on this machine."""
     kept, skip = [], False
     for word in words:
-        if not skip and not is_location(word):
-            kept.append(word)
-        skip = not skip and word in ("--program", "--results", "--json")
-    return shlex.join(["tools/bench", *(Path(word).name if word.startswith("/") else word for word in kept)])
-
-
-def is_location(word):
-    return word.partition("=")[0] in ("--program", "--results", "--json")
+        located = word.partition("=")[0] in ("--program", "--results", "--json")
+        if not skip and not located:
+            kept.append(re.sub(r"(?<![^=])/(?:[^/\s]+/)*(?=[^/\s])", "", word))
+        skip = located and "=" not in word
+    return shlex.join(["tools/bench", *kept])
 
 
 def main(words):

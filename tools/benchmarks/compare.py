@@ -88,7 +88,7 @@ def run(options):
     software = protocol.is_software(timings)
     size = options.size or ("64x36" if options.quick else "640x360" if software else "1280x720")
     vpls = 2_000 if options.quick else 100_000
-    defaults = {"repeats": 1 if options.quick else 3, "frames": 1 if options.quick else 2 if software else 32,
+    defaults = {"repeats": 0 if options.quick else 3, "frames": 1 if options.quick else 2 if software else 32,
                 "warmup": 0 if options.quick else 1 if software else 8, "truth_samples": 16 if options.quick else 4096,
                 "cap": 2 if options.quick else 64}
     for name, value in defaults.items():

@@ -20,7 +20,7 @@ SOFTWARE = ("llvmpipe", "lavapipe", "swiftshader")
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """`repeats` 0: described (counts, memory), but not measured."""
+    """`repeats` 0: only described (counts, memory), with one frame that says no more than that it works."""
     name: str
     arguments: str
     repeats: int = 3
@@ -33,7 +33,7 @@ class Measurement:
     command: str
     # What the program says in a run of its own that is not measured: device, counts, memory, wall clock.
     timings: dict
-    # Milliseconds of every measured frame, by pass.
+    # Milliseconds of every measured frame, by pass; without any, of the frame that describes.
     frames: list = dataclasses.field(default_factory=list)
 
     def passes(self):
@@ -48,12 +48,10 @@ class Measurement:
 
     def as_json(self):
         counts, memory = self.timings["counts"], self.timings["memory"]
-        result = {"case": self.case.name, "command": self.command, "counts": counts, "memory": memory}
-        if self.frames:
-            result |= {"frame_gpu_ms": self.frame().as_json(),
-                       "pass_ms": {name: self.sum_of([name]).as_json() for name in self.passes()},
-                       "frames_ms": [sum(frame.values()) for frame in self.frames]}
-        return result
+        return {"case": self.case.name, "command": self.command, "runs": self.case.repeats, "counts": counts,
+                "memory": memory, "frame_gpu_ms": self.frame().as_json(),
+                "pass_ms": {name: self.sum_of([name]).as_json() for name in self.passes()},
+                "frames_ms": [sum(frame.values()) for frame in self.frames]}
 
 
 class Program:
@@ -63,7 +61,11 @@ class Program:
         self.path, self.scene_arguments = str(path), scene_arguments
 
     def words(self, arguments, program=None):
-        return [program or self.path, *self.scene_arguments, *shlex.split(arguments), "--headless", "--quiet"]
+        try:
+            split = shlex.split(arguments)
+        except ValueError as error:
+            raise UsageError(f"'{arguments}' cannot be split into options: {error}") from None
+        return [program or self.path, *self.scene_arguments, *split, "--headless", "--quiet"]
 
     def run(self, arguments, *extra, program=None, environment=None):
         """One process; its peak of resident memory in MiB. A failure is told in the program's own words."""
@@ -136,6 +138,8 @@ def measure(program, cases, frames, warmup):
     for case in cases:
         timings, _ = program.timings(case.arguments, program=case.program)
         found[case.name] = Measurement(case, program.shown(case.arguments, case.program), timings)
+        if not case.repeats:
+            found[case.name].frames = [{entry["name"]: entry["ms"]["median"] for entry in timings["passes"]}]
         print(f"{case.name}: {timings['frame_gpu_ms']['median']:.1f} ms, to describe it", file=sys.stderr)
     for case in series.rounds(cases, lambda case: case.repeats):
         new, _ = program.frames(case.arguments, "--frames", frames, "--warmup", warmup, program=case.program)

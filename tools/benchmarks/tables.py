@@ -1,9 +1,7 @@
 """The paper's Tables 1, 2 and 3 and the plot of its Figure 5, ours beside the published numbers."""
 import math
-import re
 
 from . import plot, protocol, published, report, steps
-from .errors import UsageError
 from .markdown import count, number, spread, table
 from .protocol import Case
 
@@ -19,7 +17,7 @@ class Plan:
 
     def __init__(self, options, software):
         if options.quick:
-            self.vpls, self.size, defaults = (200, 2_000), "64x36", (1, 1, 0)
+            self.vpls, self.size, defaults = (200, 2_000), "64x36", (0, 1, 0)
         else:
             self.vpls = published.VPLS
             self.size, defaults = ("640x360", (3, 2, 1)) if software else ("1280x720", (4, 64, 8))
@@ -29,7 +27,7 @@ class Plan:
                 setattr(options, name, value)
         self.repeats = options.repeats
         # A million lights take so long on a processor that a process more would cost more than it tells.
-        self.repeats_of_most = max(1, options.repeats // 3) if software else options.repeats
+        self.repeats_of_most = -(-options.repeats // 3) if software else options.repeats
         self.middle = self.vpls[-1] if options.quick else 100_000
         # Half decades: a logarithmic plot wants more points than the tables.
         halves = () if options.quick else [3 * vpls for vpls in self.vpls[:-1]]
@@ -40,21 +38,24 @@ class Plan:
 
 
 def half(size):
-    width, height = (int(n) for n in re.fullmatch(r"(\d+)x(\d+)", size).groups())
+    width, height = map(int, size.split("x"))
     return f"{max(1, width // 2)}x{max(1, height // 2)}"
 
 
 def cases(plan, volumes):
-    """The cases by what the tables call them. `volumes`: options that make lights volumes."""
+    """The cases by what the tables call them. `volumes`: the option that draws lights as volumes, where that is not the
+    only way."""
     found = {("build", "scatter"): Case("scatter", plan.arguments(plan.middle, rest="--interleave 1 --build scatter"),
                                         plan.repeats)}
     for vpls in plan.vpls:
         repeats = plan.repeats if vpls < 1_000_000 else plan.repeats_of_most
         for k in SHADOWS:
             found["vpls", vpls, k] = Case(f"{count(vpls)}, k {k}", plan.arguments(vpls, k), repeats)
-    for n in INTERLEAVES[1:]:
-        rest = f"--interleave {n} --build gather"
-        found["interleave", n] = Case(f"{n}x{n}", plan.arguments(plan.middle, rest=rest), plan.repeats)
+    for lighting in dict.fromkeys(["", volumes]):
+        for n in INTERLEAVES:
+            rest = f"--interleave {n} --build gather{lighting}"
+            name = f"{n}x{n}{lighting.replace(' --lighting', ',')}"
+            found["interleave", lighting, n] = Case(name, plan.arguments(plan.middle, rest=rest), plan.repeats)
     for alpha in ALPHAS:
         for vpls in plan.plotted:
             arguments = plan.arguments(vpls, 0, f"--interleave 1 --build gather{volumes}", alpha)
@@ -62,13 +63,11 @@ def cases(plan, volumes):
     small = plan.arguments(plan.middle).replace(plan.size, half(plan.size), 1)
     found["small",] = Case("half the size", small, 0)
     # What stands in two tables is measured once.
-    found["build", "gather"] = found["interleave", 1] = found["vpls", plan.middle, 4]
+    found["build", "gather"] = found["interleave", "", 1] = found["vpls", plan.middle, 4]
     return found
 
 
 def run(options):
-    if options.size and not re.fullmatch(r"[1-9]\d*x[1-9]\d*", options.size):
-        raise UsageError(f"--size {options.size} is not WIDTHxHEIGHT, such as 640x360")
     timings = protocol.probe(options.program)
     plan = Plan(options, protocol.is_software(timings))
     volumes = " --lighting volumes" if options.program.has_option("--lighting") else ""
@@ -145,7 +144,16 @@ def vpl_counts(plan, found):
 
 
 def rendering(plan, found):
-    columns = [found["interleave", n] for n in INTERLEAVES]
+    lines = []
+    for lighting in dict.fromkeys(key[1] for key in found if key[0] == "interleave"):
+        lines += rendering_with(lighting, plan, [found["interleave", lighting, n] for n in INTERLEAVES])
+    return lines + [
+        "The totals leave out VPL generation and construction, as in the paper, and are the sum of every other pass; the "
+        "paper's have no direct light and no display. The paper draws light volumes, and chooses shadow samples by plain "
+        "read-modify-write, with locks for 4x4 only."]
+
+
+def rendering_with(lighting, plan, columns):
     totals = [phase(m, steps.RENDER) for m in columns]
     sums = [steps.members(m.passes(), steps.RENDER) for m in columns]
     rows = []
@@ -158,16 +166,15 @@ def rendering(plan, found):
         rows.append([title, *cells])
     rows.append(["Total", *(cell for i, total in enumerate(totals)
                             for cell in (spread(total), "", number(published.RENDERING["Total"][i])))])
-    mode = columns[0].timings["settings"].get("reservoir")
-    return [f"## Table 3: rendering by operation, {count(plan.middle)} VPLs, 4 shadow samples", "",
+    settings = columns[0].timings["settings"]
+    chosen = ", ".join(f"`--{key} {settings[key]}`" for key in ("lighting", "reservoir") if settings.get(key))
+    title = f"## Table 3: rendering by operation, {count(plan.middle)} VPLs, 4 shadow samples"
+    return [title + (f",{lighting.replace(' --', ' ')}" if lighting else ""), "",
             *table(["", *(cell for n in INTERLEAVES for cell in (
                 "no interleaving" if n == 1 else f"{n}x{n}", "share", published.DEVICE))], rows), "",
-            "Passes in each row:", "",
+            f"With {chosen}. Passes in each row:", "",
             *(f"- {row[0]}: {', '.join(f'`{p}`' for p in dict.fromkeys(p for s in sums for p in s.get(row[0], [])))}"
-              for row in rows[:-1]), "",
-            "The totals leave out VPL generation and construction, as in the paper, and are the sum of every other pass; "
-            f"the paper's have no direct light and no display. Shadow samples were chosen in mode `{mode}`; the paper "
-            "used plain read-modify-write, with locks for 4x4 only."]
+              for row in rows[:-1]), ""]
 
 
 def growth(plan, found):

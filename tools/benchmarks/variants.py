@@ -1,9 +1,10 @@
 """Variants of options, or of the program, against each other in one run."""
 import json
+import re
 import sys
 from pathlib import Path
 
-from . import protocol, report
+from . import protocol, report, steps
 from .errors import UsageError
 from .markdown import number, ratio, table
 
@@ -40,7 +41,7 @@ def run(options):
         program = measurement.timings["program"]
         lines.append(f"- {measurement.case.name}: `{measurement.command}` (commit {program['commit']})")
     lines += ["", "Milliseconds on the device's clock; p95 by nearest rank. The ratio is that of the medians to "
-              f"{found[0].case.name}. Passes of 1 % or more of a frame:", ""]
+              f"{found[0].case.name}. Rows of the paper's tables in brackets, then passes; of 1 % of a frame or more:", ""]
     lines += table(["pass", "variant", "median", "p95", "min", "ratio"], rows(found), words=2)
     setup = report.setup(options, found[0].timings)
     print("\n".join(report.head("Variants", setup) + lines))
@@ -51,15 +52,31 @@ def run(options):
     return True
 
 
+def in_frame_order(series):
+    """All names of the series; what only a later one has comes after what it follows there."""
+    result = []
+    for names in series:
+        place = 0
+        for name in names:
+            if name in result:
+                place = result.index(name) + 1
+            else:
+                result.insert(place, name)
+                place += 1
+    return result
+
+
 def rows(found):
-    """The whole frame, then the passes in the order of the frame, each for every variant that has it."""
+    """For every variant that has it: the whole frame, the rows of the paper's tables (which a pass keeps when it is
+    renamed or split), and the passes in the order of the frame."""
+    names = in_frame_order([m.passes() for m in found])
+    sums = [(f"({row.title})", [n for n in names if re.fullmatch(row.pattern, n)]) for row in steps.ROWS]
     frames = [m.frame() for m in found]
-    names = dict.fromkeys(name for m in found for name in m.passes())
-    shown = [name for name in names if any(
-        m.sum_of([name]).median >= 0.01 * frame.median for m, frame in zip(found, frames))]
     result = group("frame", found, frames)
-    for name in shown:
-        result += group(name, found, [m.sum_of([name]) if name in m.passes() else None for m in found])
+    for title, passes in sums + [(name, [name]) for name in names]:
+        parts = [m.sum_of(passes) if set(passes) & set(m.passes()) else None for m in found]
+        if any(part and part.median >= 0.01 * frame.median for part, frame in zip(parts, frames)):
+            result += group(title, found, parts)
     return result
 
 

@@ -83,7 +83,7 @@ def parser():
     command.add_argument("--cap", type=at_least(1), metavar="N", help="path tracing gets at most N times the paths of "
                          "equal time (default 64)")
     command.add_argument("--truth-samples", type=at_least(1), metavar="N", help="paths per pixel of the truth where no "
-                         "reference fits (default 4096)")
+                         "reference fits (default 4096, 512 on a software driver)")
     command = commands.choices["variants"]
     command.add_argument("--base", default="", metavar="ARGS", help="options of gridlight that all variants have")
     command.add_argument("--variant", action="append", default=[], metavar="NAME=[BINARY::]ARGS", help="twice or more; "

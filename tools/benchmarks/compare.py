@@ -1,12 +1,13 @@
 """The hierarchy against path tracing at equal time, on the same device."""
 import json
 import math
+import re
 import sys
 import tempfile
 from pathlib import Path
 
 from . import protocol, report
-from .markdown import number, spread, table
+from .markdown import number, table
 from .protocol import Case
 
 ALPHAS = (1, 2)
@@ -78,109 +79,128 @@ def frame_ms(program, arguments):
     return sum(frames[0].values())
 
 
-def lgh(size, vpls, alpha):
-    return f"--size {size} --vpls {vpls} --alpha {alpha} --shadow-samples 4"
+def lgh(options, alpha):
+    return f"--size {options.size} --vpls {options.vpls} --alpha {alpha} --shadow-samples 4"
+
+
+def settle(options, software):
+    """Sizes and numbers by the kind of device, unless options say otherwise."""
+    ordinary = {"size": "640x360", "repeats": 3, "frames": 2, "warmup": 1, "truth_samples": 512} if software else {
+        "size": "1280x720", "repeats": 3, "frames": 32, "warmup": 8, "truth_samples": 4096}
+    quick = {"size": "64x36", "repeats": 0, "frames": 1, "warmup": 0, "truth_samples": 16, "cap": 2}
+    for name, value in (quick if options.quick else {**ordinary, "cap": 64}).items():
+        if getattr(options, name) is None:
+            setattr(options, name, value)
+    options.vpls = 2_000 if options.quick else 100_000
 
 
 def run(options):
-    program = options.program
-    timings = protocol.probe(program)
-    software = protocol.is_software(timings)
-    size = options.size or ("64x36" if options.quick else "640x360" if software else "1280x720")
-    vpls = 2_000 if options.quick else 100_000
-    defaults = {"repeats": 0 if options.quick else 3, "frames": 1 if options.quick else 2 if software else 32,
-                "warmup": 0 if options.quick else 1 if software else 8, "truth_samples": 16 if options.quick else 4096,
-                "cap": 2 if options.quick else 64}
-    for name, value in defaults.items():
-        if getattr(options, name) is None:
-            setattr(options, name, value)
+    timings = protocol.probe(options.program)
+    settle(options, protocol.is_software(timings))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        truth = Truth(options, size, folder)
-        cases = [Case(f"LGH, alpha {alpha}", lgh(size, vpls, alpha), options.repeats) for alpha in ALPHAS]
-        budget = [frame_ms(program, case.arguments) for case in cases]
-        samples = [samples_within(program, size, ms) for ms in budget]
-        traced = [Case(f"path tracing, {n} per pixel", path_trace(size, n), options.repeats)
-                  for n in dict.fromkeys(samples)]
-        measured = protocol.measure(program, cases + traced, options.frames, options.warmup)
-        errors, pictures = {}, {}
-        for case in cases + traced:
-            pictures[case.name] = folder / f"{len(pictures)}.exr"
-            program.run(case.arguments, "--output", pictures[case.name])
-            errors[case.name] = truth.errors(pictures[case.name])
-        searches = search(options, size, truth, cases, samples, errors, folder)
-        shown = show(options, timings, cases + traced, size, errors)
-    rows = [[case.name, spread(measured[case.name].frame()),
-             number(measured[case.name].timings["frame_cpu_ms"]["median"]),
-             *(errors_cell(errors[case.name].get(key)) for _, key in COLUMNS)] for case in cases + traced]
-    lines = [f"{size}, {vpls} VPLs, four shadow samples. Truth: {truth.words}. Each picture is one frame of seed 1. Time is "
-             "that of a frame on the device's clock, median (p95 by nearest rank); path tracing has as many paths per pixel "
-             "as fit into the hierarchy's frame, at least one.", ""]
-    lines += table(["", "frame ms", "wall clock ms", *(title for title, _ in COLUMNS)], rows)
-    lines += ["", "Indirect energy is taken where no direct light falls, as a ratio to the truth's.", ""]
-    equal = [[case.name, f"path tracing, {n} per pixel",
-              number(measured[f"path tracing, {n} per pixel"].frame().median / measured[case.name].frame().median),
-              *(number(errors[f"path tracing, {n} per pixel"][key] / errors[case.name][key]) for key in ERRORS)]
-             for case, n in zip(cases, samples)]
-    lines += ["## At equal time", "", *table(["", "against", "time, times", *(f"{w}, times" for w in ERRORS.values())],
-                                             equal, words=2), ""]
-    lines += ["## Path tracing until its error is the hierarchy's", "",
-              f"Paths per pixel are doubled from those of equal time, to at most {options.cap} times as many.", ""]
-    lines += table(["", "error", "hierarchy's", "paths per pixel", "path tracing's", "frame ms", "reached"],
-                   [[s["case"], ERRORS[s["error"]], errors_cell(s["aim"]), s["samples"], errors_cell(s["found"]),
-                     number(s["frame_ms"]), "yes" if s["reached"] else "**no: the cap**"] for s in searches], words=2)
-    lines += ["", *shown, "", "## Commands", "", *(f"    {m.command}" for m in measured.values())]
-    results = {"size": size, "vpls": vpls, "truth": truth.words, "cases": [
-        {**measured[case.name].as_json(), "errors": errors[case.name]} for case in cases + traced], "searches": searches}
-    report.write(options, "compare", "Equal time", timings, results, lines)
+        truth = Truth(options, options.size, folder)
+        cases = [Case(f"LGH, alpha {alpha}", lgh(options, alpha), options.repeats) for alpha in ALPHAS]
+        budgets = [frame_ms(options.program, case.arguments) for case in cases]
+        # Case of the hierarchy, paths per pixel, and path tracing's case.
+        pairs = [(case, n, Case(f"path tracing, {n} per pixel", path_trace(options.size, n), options.repeats))
+                 for case, n in zip(cases, (samples_within(options.program, options.size, ms) for ms in budgets))]
+        everything = list(dict.fromkeys([*cases, *(traced for _, _, traced in pairs)]))
+        measured = protocol.measure(options.program, everything, options.frames, options.warmup)
+        found = {case.name: {**measured[case.name].as_json(), **judge(options, truth, case, folder)}
+                 for case in everything}
+        searches = search(options, truth, pairs, found, folder)
+        pictures = show(options, timings, everything, found[cases[0].name]["errors"]["exposure"])
+    lines = page(options, truth, found, pairs, searches) + ["", *pictures, "", "## Commands", ""]
+    lines += [f"    {m.command}" for m in measured.values()]
+    report.write(options, "compare", "Equal time", timings,
+                 {"size": options.size, "vpls": options.vpls, "truth": truth.words, "cases": list(found.values()),
+                  "searches": searches}, lines)
     return True
 
 
-def errors_cell(value):
+def judge(options, truth, case, folder):
+    """The errors of the first frame, and the wall clock of frames that are warm."""
+    picture = folder / "picture.exr"
+    options.program.run(case.arguments, "--output", picture)
+    warm, _ = options.program.timings(case.arguments, "--frames", options.frames, "--warmup", options.warmup)
+    return {"errors": truth.errors(picture), "frame_cpu_ms": warm["frame_cpu_ms"]["median"]}
+
+
+def page(options, truth, found, pairs, searches):
+    lines = [f"{options.size}, {options.vpls} VPLs, four shadow samples. Truth: {truth.words}. Each picture is one frame of "
+             "seed 1, its samples at the centres of the pixels. Time is that of a frame on the device's clock, median (p95 "
+             "by nearest rank); path tracing has as many paths per pixel as fit into the hierarchy's frame, at least one.",
+             ""]
+    if options.quick:
+        lines += ["**A quick run: its times and errors say nothing.**", ""]
+    frame = {name: entry["frame_gpu_ms"] for name, entry in found.items()}
+    lines += table(["", "frame ms", "wall clock ms", *(title for title, _ in COLUMNS)],
+                   [[name, f"{number(frame[name]['median'])} ({number(frame[name]['p95'])})",
+                     number(entry["frame_cpu_ms"]), *(error_cell(entry["errors"].get(key)) for _, key in COLUMNS)]
+                    for name, entry in found.items()])
+    lines += ["", "Indirect energy is taken where no direct light falls, as a ratio to the truth's.", "",
+              "## At equal time", "", "Path tracing's time and errors, as multiples of the hierarchy's.", ""]
+    lines += table(["", "against", "time", *ERRORS.values()],
+                   [[case.name, traced.name, number(frame[traced.name]["median"] / frame[case.name]["median"]),
+                     *(number(found[traced.name]["errors"][key] / found[case.name]["errors"][key]) for key in ERRORS)]
+                    for case, _, traced in pairs], words=2)
+    lines += ["", "## Path tracing until its error is the hierarchy's", "", "Paths per pixel are doubled from the fewest "
+              f"above, to at most {options.cap} times those of equal time. One frame of each, not warmed up.", ""]
+    lines += table(["", "error", "the hierarchy's", "paths per pixel", "path tracing's", "frame ms",
+                    "times the hierarchy's frame", "reached"],
+                   [[s["case"], ERRORS[s["error"]], error_cell(s["aim"]), s["samples"], error_cell(s["found"]),
+                     number(s["frame_ms"]), number(s["frame_ms"] / frame[s["case"]]["median"]),
+                     "yes" if s["reached"] else "**no: the cap**"] for s in searches], words=2)
+    return lines
+
+
+def error_cell(value):
     return "" if value is None else f"{value:.4f}"
 
 
-def search(options, size, truth, cases, samples, errors, folder):
-    """For each case and error: path tracing's first doubling that is no worse, or the last one tried."""
+def search(options, truth, pairs, found, folder):
+    """For each case of the hierarchy and each error: path tracing's first doubling that is no worse, or the last that
+    was tried."""
     tried = {}
 
     def attempt(n):
         if n not in tried:
             picture = folder / "search.exr"
-            timings, _ = options.program.timings(path_trace(size, n), "--output", picture)
+            timings, _ = options.program.timings(path_trace(options.size, n), "--output", picture)
             tried[n] = (truth.errors(picture), timings["frame_gpu_ms"]["median"])
-            print(f"path tracing, {n} per pixel: relMSE {tried[n][0]['relmse']:.4f}, FLIP {tried[n][0]['flip']:.4f}",
-                  file=sys.stderr)
+            print(f"path tracing, {n} per pixel: relMSE {tried[n][0]['relmse']:.4f}, FLIP {tried[n][0]['flip']:.4f}, "
+                  f"{tried[n][1]:.1f} ms", file=sys.stderr)
         return tried[n]
 
     result = []
-    for case, start in zip(cases, samples):
+    for case, affordable_samples, _ in pairs:
         for error in ERRORS:
-            aim, n = errors[case.name][error], start
-            while attempt(n)[0][error] > aim and 2 * n <= options.cap * start:
+            aim, n = found[case.name]["errors"][error], min(samples for _, samples, _ in pairs)
+            while attempt(n)[0][error] > aim and 2 * n <= options.cap * affordable_samples:
                 n *= 2
-            found, ms = attempt(n)
-            result.append({"case": case.name, "error": error, "aim": aim, "samples": n, "found": found[error],
-                           "frame_ms": ms, "reached": found[error] <= aim})
+            errors, ms = attempt(n)
+            result.append({"case": case.name, "error": error, "aim": aim, "samples": n, "found": errors[error],
+                           "frame_ms": ms, "reached": errors[error] <= aim})
     return result
 
 
-def show(options, timings, cases, size, errors):
-    """The pictures side by side, all at the truth's exposure; half as large where they would be too large to keep."""
+def show(options, timings, cases, exposure):
+    """The pictures side by side, all at the truth's exposure; smaller where they would be too large to keep."""
     folder = report.folder_of(options, timings)
-    width, height = map(int, size.split("x"))
-    exposure = next(iter(errors.values()))["exposure"]
+    # How many paths per pixel an earlier run had is in its pictures' names.
+    for old in folder.glob("compare-*.png"):
+        old.unlink()
+    width, height = map(int, options.size.split("x"))
+    files = {case.name: folder / f"compare-{re.sub('[^a-z0-9]+', '-', case.name.lower())}.png" for case in cases}
     for divisor in (1, 2, 4):
-        files = {}
+        size = f"{max(1, width // divisor)}x{max(1, height // divisor)}"
         for case in cases:
-            smaller = case.arguments.replace(f"--size {size}", f"--size {width // divisor}x{height // divisor}")
-            slug = "".join(c if c.isalnum() else "-" for c in case.name.lower()).replace("--", "-")
-            files[case.name] = folder / f"compare-{slug}.png"
-            options.program.run(smaller, "--exposure", exposure, "--output", files[case.name])
+            arguments = case.arguments.replace(f"--size {options.size}", f"--size {size}")
+            options.program.run(arguments, "--exposure", exposure, "--output", files[case.name])
         if all(file.stat().st_size <= PICTURE_BYTES for file in files.values()):
-            note = "" if divisor == 1 else f" One frame each of {width // divisor}x{height // divisor} pixels."
-            return ["## Pictures", "", f"The same exposure for all.{note}", "",
+            return ["## Pictures", "", f"One frame each of {size}, all at one exposure.", "",
                     *table(list(files), [[f"![{name}]({file.name})" for name, file in files.items()]], words=len(files))]
-        for file in files.values():
-            file.unlink()
+    for file in files.values():
+        file.unlink()
     return ["The pictures are too large to stand beside the results."]

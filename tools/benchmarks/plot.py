@@ -40,7 +40,8 @@ def python():
 
 
 def draw(points, file):
-    """Whether there is a picture."""
+    """Whether there is a picture; never one of an earlier run."""
+    file.unlink(missing_ok=True)
     interpreter = python()
     if interpreter is None:
         print(f"{file.name} is not drawn: matplotlib is missing; apt-get install python3-matplotlib", file=sys.stderr)

@@ -1,5 +1,10 @@
 """Statistics, order of the runs, tables, and which pass is in which row."""
+import contextlib
+import io
+import tempfile
 import unittest
+from pathlib import Path
+from unittest import mock
 
 from benchmarks import compare, markdown, plot, published, series, steps, variants
 from benchmarks.errors import BenchError, UsageError
@@ -103,8 +108,34 @@ class EqualTime(unittest.TestCase):
 
 
 class Plot(unittest.TestCase):
-    def test_the_script_compiles(self):
-        compile(plot.SCRIPT, "plot", "exec")
+    POINTS = [{"alpha": 1, "grid_lights": n, "overdraw_mean": n / 10} for n in (10, 100)]
+
+    def draw(self, folder, interpreter):
+        file = Path(folder) / "overdraw.svg"
+        file.write_text("of an earlier run")
+        said = io.StringIO()
+        with mock.patch.object(plot, "python", lambda: interpreter), contextlib.redirect_stderr(said):
+            drawn = plot.draw(self.POINTS, file)
+        return drawn, file, said.getvalue()
+
+    def test_without_matplotlib_a_sentence_says_how_to_get_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            drawn, file, said = self.draw(folder, None)
+            self.assertEqual((drawn, file.exists(), said.count("\n")), (False, False, 1))
+            self.assertIn("apt-get install python3-matplotlib", said)
+
+    def test_the_same_points_give_the_same_file(self):
+        interpreter = plot.python()
+        if interpreter is None:
+            self.skipTest("matplotlib is missing")
+        with tempfile.TemporaryDirectory() as folder:
+            pictures = []
+            for _ in range(2):
+                drawn, file, said = self.draw(folder, interpreter)
+                self.assertTrue(drawn, said)
+                pictures.append(file.read_bytes())
+            self.assertEqual(*pictures)
+            self.assertIn(b"<svg", pictures[0])
 
 
 if __name__ == "__main__":

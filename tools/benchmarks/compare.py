@@ -6,7 +6,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from . import protocol, report
+from . import protocol, report, series
 from .markdown import number, table
 from .protocol import Case
 
@@ -60,12 +60,12 @@ def affordable(budget_ms, few, many):
     return max(1, math.floor((budget_ms - few[1]) / per_sample + few[0] + 1e-9))
 
 
-def samples_within(program, size, budget_ms):
+def samples_within(options, budget_ms):
     """Doubles the samples until the frame is longer than the budget: the nearest two frames say what a sample costs."""
     before = None
     samples = 1
     while True:
-        ms = frame_ms(program, path_trace(size, samples))
+        ms = frame_ms(options, path_trace(options.size, samples))
         print(f"path tracing, {samples} per pixel: {ms:.1f} ms", file=sys.stderr)
         if ms >= budget_ms:
             break
@@ -73,10 +73,10 @@ def samples_within(program, size, budget_ms):
     return affordable(budget_ms, before, (samples, ms)) if before else 1
 
 
-def frame_ms(program, arguments):
-    """Of one frame after one to warm up."""
-    frames, _ = program.frames(arguments, "--warmup", 1)
-    return sum(frames[0].values())
+def frame_ms(options, arguments):
+    """Median of the frames of one run."""
+    frames, _ = options.program.frames(arguments, "--frames", options.frames, "--warmup", options.warmup)
+    return series.summarise([sum(frame.values()) for frame in frames]).median
 
 
 def lgh(options, alpha):
@@ -101,10 +101,10 @@ def run(options):
         folder = Path(name)
         truth = Truth(options, options.size, folder)
         cases = [Case(f"LGH, alpha {alpha}", lgh(options, alpha), options.repeats) for alpha in ALPHAS]
-        budgets = [frame_ms(options.program, case.arguments) for case in cases]
+        budgets = [frame_ms(options, case.arguments) for case in cases]
         # Case of the hierarchy, paths per pixel, and path tracing's case.
         pairs = [(case, n, Case(f"path tracing, {n} per pixel", path_trace(options.size, n), options.repeats))
-                 for case, n in zip(cases, (samples_within(options.program, options.size, ms) for ms in budgets))]
+                 for case, n in zip(cases, (samples_within(options, ms) for ms in budgets))]
         everything = list(dict.fromkeys([*cases, *(traced for _, _, traced in pairs)]))
         measured = protocol.measure(options.program, everything, options.frames, options.warmup)
         found = {case.name: {**measured[case.name].as_json(), **judge(options, truth, case, folder)}

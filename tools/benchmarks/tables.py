@@ -79,6 +79,8 @@ def run(options):
     lines = [f"{plan.size}, all other options as by default. Times are milliseconds on the device's clock: median (p95 by "
              "nearest rank) over all measured frames. A cell that sums passes sums them in every frame first, so that "
              "medians need not add up to the median of their total.", ""]
+    if plan.repeats_of_most != plan.repeats:
+        lines += [f"Runs of the cases with a million VPLs: {plan.repeats_of_most}.", ""]
     if options.quick:
         lines += ["**A quick run: its times say nothing.**", ""]
     for section in (construction, vpl_counts, rendering, growth, overdraw, memory):

@@ -45,11 +45,11 @@ def parser():
     result = Parser(
         prog="tools/bench", formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Measures what gridlight costs, what it is worth, and whether its timings are honest.\n\n"
-        "Needs only Python 3 and a built gridlight. Runs of the cases alternate, every second round backwards, so that\n"
-        "a machine that is busy for a while harms all alike; medians are quoted. Results of all but 'variants' go to\n"
+        "Needs only Python 3 and a built gridlight. Runs of the cases alternate, so that a machine that is busy for a\n"
+        "while harms all alike; medians are quoted. Results of all but 'variants' go to\n"
         "docs/results/<driver>/<benchmark>.json and .md. 'tools/bench BENCHMARK --help' has the options.",
-        epilog="Exit code 0 when all is well, 3 when a limit of cost or honesty does not hold, 2 on wrong usage, 1 when "
-        "gridlight fails.")
+        epilog="Exit code 0 when all is well, 3 when a limit of cost or honesty does not hold, 2 on wrong usage, 1 "
+        "when gridlight fails.")
     commands = result.add_subparsers(dest="benchmark", metavar="BENCHMARK", required=True)
     for name, (_, words) in BENCHMARKS.items():
         command = commands.add_parser(name, help=words, description=words[0].upper() + words[1:] + ".")
@@ -64,16 +64,17 @@ def parser():
         command.add_argument("--program", metavar="PATH", help="the binary (default: build the release)")
         command.add_argument("--scene", metavar="PATH", help="a glTF file; 'courtyard' is the built-in scene (default: "
                              "Sponza from $GRIDLIGHT_SHARED or ../shared, the built-in scene without it)")
-        command.add_argument("--camera", metavar="NAME", help="camera of that scene (default: atrium in Sponza, else the "
-                             "first)")
+        command.add_argument("--camera", metavar="NAME", help="camera of that scene (default: atrium in Sponza, "
+                             "else the first)")
         command.add_argument("--gpu", metavar="INDEX|NAME", help="device, as for gridlight")
         if name != "variants":
             command.add_argument("--results", type=Path, default=ROOT / "docs/results", metavar="DIR",
                                  help="default docs/results")
         if sized:
-            command.add_argument("--size", type=size, metavar="WxH", help="default 640x360 on a software driver, else 1280x720")
-            command.add_argument("--quick", action="store_true", help="a tiny picture, few VPLs and one frame: shows that it "
-                                 "works, measures nothing")
+            command.add_argument("--size", type=size, metavar="WxH",
+                                 help="default 640x360 on a software driver, else 1280x720")
+            command.add_argument("--quick", action="store_true", help="a tiny picture, few VPLs and one frame: shows "
+                                 "that it works, measures nothing")
         if fixed:
             command.add_argument("--tolerance", type=float, default=0.25, metavar="F", help="honesty: allowed relative "
                                  "difference of a pass's share (default 0.25)")

@@ -129,14 +129,16 @@ def read_frames(file):
     return list(frames.values())
 
 
-def measure(program, cases, frames, warmup):
-    """Every case by its name. First a run of each that only describes it and warms caches, then the rounds."""
+def measure(program, cases, frames, warmup, check=lambda names: None):
+    """Every case by its name. First a run of each that only describes it and warms caches, then the rounds. `check` looks
+    at the names of its passes before anything takes long."""
     names = [case.name for case in cases]
     if len(set(names)) != len(names):
         raise ValueError(f"two cases have one name: {names}")
     found = {}
     for case in cases:
         timings, _ = program.timings(case.arguments, program=case.program)
+        check([entry["name"] for entry in timings["passes"]])
         found[case.name] = Measurement(case, program.shown(case.arguments, case.program), timings)
         if not case.repeats:
             found[case.name].frames = [{entry["name"]: entry["ms"]["median"] for entry in timings["passes"]}]

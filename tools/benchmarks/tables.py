@@ -72,10 +72,9 @@ def run(options):
     plan = Plan(options, protocol.is_software(timings))
     volumes = " --lighting volumes" if options.program.has_option("--lighting") else ""
     wanted = cases(plan, volumes)
-    measured = protocol.measure(options.program, list(dict.fromkeys(wanted.values())), options.frames, options.warmup)
+    measured = protocol.measure(options.program, list(dict.fromkeys(wanted.values())), options.frames, options.warmup,
+                                check=steps.assign)
     found = {key: measured[case.name] for key, case in wanted.items()}
-    for measurement in measured.values():
-        steps.assign(measurement.passes())
     lines = [f"{plan.size}, all other options as by default. Times are milliseconds on the device's clock: median (p95 by "
              "nearest rank) over all measured frames. A cell that sums passes sums them in every frame first, so that "
              "medians need not add up to the median of their total.", ""]
@@ -83,11 +82,12 @@ def run(options):
         lines += [f"Runs of the cases with a million VPLs: {plan.repeats_of_most}.", ""]
     if options.quick:
         lines += ["**A quick run: its times say nothing.**", ""]
-    for section in (construction, vpl_counts, rendering, growth, overdraw, memory):
+    for section in (construction, vpl_counts, rendering, growth, overdraw):
         lines += section(plan, found) + [""]
     points = overdraw_points(plan, found)
     picture = plot.draw(points, report.folder_of(options, timings) / "overdraw.svg")
     lines += ["![mean overdraw against grid lights](overdraw.svg)", ""] if picture else []
+    lines += memory(plan, found) + [""]
     lines += ["## Commands", "", f"Each with `--frames {options.frames} --warmup {options.warmup}`; those for the overdraw "
               "and the half size once, for their counts.", ""]
     lines += [f"    {m.command}" for m in measured.values()]

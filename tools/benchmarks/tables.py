@@ -217,18 +217,20 @@ def overdraw_points(plan, found):
 
 
 def overdraw(plan, found):
-    rows, before = [], None
+    rows, first = [], None
     for point in overdraw_points(plan, found):
         added = ""
-        if before and before["alpha"] == point["alpha"] and point["grid_lights"] > before["grid_lights"]:
-            decades = math.log10(point["grid_lights"] / before["grid_lights"])
-            added = number((point["overdraw_mean"] - before["overdraw_mean"]) / decades)
+        if first and first["alpha"] == point["alpha"]:
+            # From the first, as neighbours may have nearly as many grid lights.
+            decades = math.log10(point["grid_lights"] / first["grid_lights"])
+            added = number((point["overdraw_mean"] - first["overdraw_mean"]) / decades) if decades else ""
+        else:
+            first = point
         rows.append([point["alpha"], f"{point['vpls']:,}", f"{point['grid_lights']:,}", number(point["overdraw_mean"]),
                      point["overdraw_max"], added])
-        before = point
     return ["## Figure 5: overdraw of the light volumes", "",
-            *table(["alpha", "VPLs", "grid lights", "fragments per pixel, mean", "most", "more per tenfold grid lights"],
-                   rows), "",
+            *table(["alpha", "VPLs", "grid lights", "fragments per pixel, mean", "most",
+                    "more per tenfold grid lights, from the first"], rows), "",
             "Where growth is logarithmic the last column is the same in every line."]
 
 

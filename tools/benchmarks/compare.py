@@ -6,7 +6,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from . import protocol, report, series
+from . import protocol, report
+from .errors import BenchError
 from .markdown import number, table
 from .protocol import Case
 
@@ -15,6 +16,8 @@ ALPHAS = (1, 2)
 ERRORS = {"relmse": "relMSE", "flip": "FLIP"}
 COLUMNS = [("relMSE", "relmse"), ("relMSE of 8x8 blocks", "smooth_relmse"), ("FLIP", "flip"),
            ("indirect energy", "indirect_ratio")]
+# Paths per pixel of the two frames that say what a path costs.
+PILOT = (1, 4)
 # Pictures stand beside the results when they are no larger.
 PICTURE_BYTES = 300 * 1024
 # Another seed than any picture that is compared.
@@ -56,27 +59,21 @@ def affordable(budget_ms, few, many):
     At least one."""
     per_sample = (many[1] - few[1]) / (many[0] - few[0])
     if per_sample <= 0:
-        raise ValueError(f"{many[0]} samples took no longer than {few[0]}")
+        raise BenchError(f"{many[0]} paths per pixel took no longer than {few[0]}: the machine is too busy to measure")
     return max(1, math.floor((budget_ms - few[1]) / per_sample + few[0] + 1e-9))
 
 
-def samples_within(options, budget_ms):
-    """Doubles the samples until the frame is longer than the budget: the nearest two frames say what a sample costs."""
-    before = None
-    samples = 1
-    while True:
-        ms = frame_ms(options, path_trace(options.size, samples))
-        print(f"path tracing, {samples} per pixel: {ms:.1f} ms", file=sys.stderr)
-        if ms >= budget_ms:
-            break
-        before, samples = (samples, ms), samples * 2
-    return affordable(budget_ms, before, (samples, ms)) if before else 1
+def traced_case(options, samples):
+    return Case(f"path tracing, {samples} per pixel", path_trace(options.size, samples), options.repeats)
 
 
-def frame_ms(options, arguments):
-    """Median of the frames of one run."""
-    frames, _ = options.program.frames(arguments, "--frames", options.frames, "--warmup", options.warmup)
-    return series.summarise([sum(frame.values()) for frame in frames]).median
+def equal_time(options, cases):
+    """Paths per pixel for each case of the hierarchy; all are measured alternately first."""
+    few, many = PILOT
+    pilots = [traced_case(options, few), traced_case(options, many)]
+    measured = protocol.measure(options.program, cases + pilots, options.frames, options.warmup)
+    ms = {name: measurement.frame().median for name, measurement in measured.items()}
+    return [affordable(ms[case.name], (few, ms[pilots[0].name]), (many, ms[pilots[1].name])) for case in cases]
 
 
 def lgh(options, alpha):
@@ -101,10 +98,8 @@ def run(options):
         folder = Path(name)
         truth = Truth(options, options.size, folder)
         cases = [Case(f"LGH, alpha {alpha}", lgh(options, alpha), options.repeats) for alpha in ALPHAS]
-        budgets = [frame_ms(options, case.arguments) for case in cases]
         # Case of the hierarchy, paths per pixel, and path tracing's case.
-        pairs = [(case, n, Case(f"path tracing, {n} per pixel", path_trace(options.size, n), options.repeats))
-                 for case, n in zip(cases, (samples_within(options, ms) for ms in budgets))]
+        pairs = [(case, n, traced_case(options, n)) for case, n in zip(cases, equal_time(options, cases))]
         everything = list(dict.fromkeys([*cases, *(traced for _, _, traced in pairs)]))
         measured = protocol.measure(options.program, everything, options.frames, options.warmup)
         found = {case.name: {**measured[case.name].as_json(), **judge(options, truth, case, folder)}

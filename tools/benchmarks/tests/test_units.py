@@ -103,7 +103,7 @@ class EqualTime(unittest.TestCase):
         self.assertEqual(compare.affordable(1, (1, 15), (4, 30)), 1)
 
     def test_samples_that_cost_nothing_are_an_error(self):
-        with self.assertRaises(ValueError):
+        with self.assertRaisesRegex(BenchError, "too busy to measure"):
             compare.affordable(100, (1, 15), (2, 15))
 
 

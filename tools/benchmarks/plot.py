@@ -1,0 +1,54 @@
+"""Mean overdraw against the number of grid lights, as in Figure 5 of the paper. Drawn by matplotlib, in whichever
+Python has it; without it there is a sentence on stderr and no picture."""
+import json
+import subprocess
+import sys
+
+SCRIPT = """
+import json, sys
+import matplotlib
+matplotlib.use("svg")
+from matplotlib import pyplot
+# The same file for the same points: no random ids, no date.
+matplotlib.rcParams.update({"svg.hashsalt": "gridlight", "svg.fonttype": "path"})
+points = json.load(sys.stdin)
+figure, axes = pyplot.subplots(figsize=(6, 4), layout="constrained")
+for alpha in sorted({p["alpha"] for p in points}):
+    series = [p for p in points if p["alpha"] == alpha]
+    axes.plot([p["grid_lights"] for p in series], [p["overdraw_mean"] for p in series], marker="o", label=f"alpha {alpha}")
+axes.set_xscale("log")
+axes.set_ylim(bottom=0)
+axes.set_xlabel("grid lights")
+axes.set_ylabel("fragments per pixel, mean")
+axes.grid(True, which="major", linewidth=0.4)
+axes.legend()
+figure.savefig(sys.argv[1], format="svg", metadata={"Date": None})
+"""
+PYTHONS = ("python3", "/usr/bin/python3")
+
+
+def python():
+    """A Python that has matplotlib: Debian's package is not seen by another Python that comes first in PATH."""
+    for candidate in dict.fromkeys([sys.executable, *PYTHONS]):
+        try:
+            found = subprocess.run([candidate, "-c", "import matplotlib"], capture_output=True)
+        except OSError:
+            continue
+        if found.returncode == 0:
+            return candidate
+    return None
+
+
+def draw(points, file):
+    """Whether there is a picture; never one of an earlier run."""
+    file.unlink(missing_ok=True)
+    interpreter = python()
+    if interpreter is None:
+        print(f"{file.name} is not drawn: matplotlib is missing; apt-get install python3-matplotlib", file=sys.stderr)
+        return False
+    found = subprocess.run([interpreter, "-c", SCRIPT, str(file)], input=json.dumps(points), text=True,
+                           capture_output=True)
+    if found.returncode:
+        last = found.stderr.strip().splitlines()[-1:] or ["no message"]
+        print(f"{file.name} is not drawn: {last[0]}", file=sys.stderr)
+    return found.returncode == 0

@@ -47,6 +47,8 @@ pub struct Limits {
     pub storage_range_bytes: u64,
     /// Largest image edge in texels that also is a valid attachment.
     pub image_edge_px: u32,
+    /// Most rows of a sampled image.
+    pub image_rows: u32,
     /// Most layers of an image array.
     pub array_layers: u32,
     /// Most workgroups per dimension of a dispatch.
@@ -124,6 +126,7 @@ fn limits(l: &vk::PhysicalDeviceLimits, subgroup_size: u32) -> Limits {
             .min(l.max_framebuffer_height)
             .min(l.max_viewport_dimensions[0])
             .min(l.max_viewport_dimensions[1]),
+        image_rows: l.max_image_dimension2_d,
         array_layers: l.max_image_array_layers,
         dispatch_groups: l.max_compute_work_group_count[0].min(l.max_compute_work_group_count[1]),
         timestamp_period_ns: l.timestamp_period,

@@ -16,6 +16,7 @@ mod scene_set;
 mod stepped;
 mod timers;
 mod transfer;
+mod word_image;
 mod work;
 
 pub use buffer::Buffer;

@@ -11,6 +11,7 @@ use super::descriptors::{Bound, Sets};
 use super::device::Gpu;
 use super::image::{Image, TextureInfo};
 use super::transfer::{Subresource, upload_buffer, upload_image};
+use super::word_image::WordImage;
 use crate::error::{Error, Result};
 use crate::scene::Draw;
 use crate::scene::upload::MipChain;
@@ -48,8 +49,11 @@ pub struct SceneSet {
     pub(super) vertices: Buffer,
     pub(super) indices: Buffer,
     pub(super) draws: Vec<Draw>,
-    /// BVH nodes, BVH triangles, materials, lights.
-    pub(super) buffers: Vec<Buffer>,
+    /// Materials, lights.
+    pub(super) buffers: [Buffer; 2],
+    /// BVH triangles.
+    pub(super) triangles: WordImage,
+    _nodes: WordImage,
     _images: Vec<Image>,
     _samplers: [Sampler; 2],
 }
@@ -95,27 +99,22 @@ impl SceneSet {
         let vertices =
             storage_buffer(gpu, "scene vertices", data.vertices, storage | vk::BufferUsageFlags::VERTEX_BUFFER)?;
         let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
-        let buffers: Vec<_> = [
-            ("BVH nodes", data.nodes),
-            ("BVH triangles", data.triangles),
-            ("materials", data.materials),
-            ("scene lights", data.lights),
-        ]
-        .into_iter()
-        .map(|(name, bytes)| storage_buffer(gpu, name, bytes, storage))
-        .collect::<Result<_>>()?;
+        let materials = storage_buffer(gpu, "materials", data.materials, storage)?;
+        let lights = storage_buffer(gpu, "scene lights", data.lights, storage)?;
+        let nodes = WordImage::new(gpu, "BVH nodes", data.nodes)?;
+        let triangles = WordImage::new(gpu, "BVH triangles", data.triangles)?;
         let sampler = Sampler::new(gpu, gpu.features().anisotropy)?;
         let plain_sampler = Sampler::new(gpu, false)?;
         let images = upload_textures(gpu, data)?;
         let bound = |b: &Buffer| Bound::Storage { buffer: b.raw, size_bytes: b.size_bytes };
         let texture = |i: &Image| Bound::Texture { view: i.view, sampler: sampler.raw };
         let contents = vec![
-            (0, bound(&buffers[0])),
-            (1, bound(&buffers[1])),
+            (0, nodes.bound()),
+            (1, triangles.bound()),
             (2, bound(&vertices)),
             (3, bound(&indices)),
-            (4, bound(&buffers[2])),
-            (5, bound(&buffers[3])),
+            (4, bound(&materials)),
+            (5, bound(&lights)),
             (6, Bound::Texture { view: images[0].view, sampler: plain_sampler.raw }),
         ];
         let scene = Sets::new(
@@ -133,14 +132,16 @@ impl SceneSet {
                 vec![(0, texture(image(color))), (1, texture(image(normal)))]
             })
             .collect();
-        let materials = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
+        let material_sets = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
         Ok(Self {
             scene,
-            materials,
+            materials: material_sets,
             vertices,
             indices,
             draws: data.draws.to_vec(),
-            buffers,
+            buffers: [materials, lights],
+            triangles,
+            _nodes: nodes,
             _images: images,
             _samplers: [sampler, plain_sampler],
         })
@@ -174,6 +175,7 @@ fn upload_textures(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Vec<Image>> {
         mips: 1,
         layers: data.albedo_layers.len() as u32,
         array: true,
+        read_back: false,
     };
     let array = Image::texture(gpu, "albedo array", info)?;
     let layers: Vec<_> = data
@@ -201,7 +203,8 @@ fn upload_mips(gpu: &Arc<Gpu>, name: &str, format: vk::Format, mips: &MipChain) 
             "{name} is {width_px}x{height_px}, this device's images end at {limit}x{limit}"
         )));
     }
-    let info = TextureInfo { format, width_px, height_px, mips: mips.len() as u32, layers: 1, array: false };
+    let info =
+        TextureInfo { format, width_px, height_px, mips: mips.len() as u32, layers: 1, array: false, read_back: false };
     let image = Image::texture(gpu, name, info)?;
     let parts: Vec<_> = mips
         .iter()

@@ -116,7 +116,11 @@ bool is_hole(Hit hit) {
     return base_color_at(tri.material, tri.triangle, hit.barycentric).a < materials[tri.material].alpha_cutoff;
 }
 
+#ifdef RAY_QUERY
+#include "common/ray_query.glsl"
+#else
 #include "common/bvh.glsl"
+#endif
 
 // Whether anything solid lies between `origin` and `origin + direction * t_max`.
 bool is_blocked(vec3 origin, vec3 direction, float t_max) {

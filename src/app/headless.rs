@@ -33,7 +33,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
     let camera = find_camera(&scene, settings.camera.as_deref())?;
-    let uploaded = upload(&gpu, &scene, &progress)?;
+    let uploaded = upload(&gpu, &scene, settings, &progress)?;
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
@@ -96,7 +96,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &Progress::hidden())?;
     let camera = find_camera(&scene, settings.camera.as_deref())?;
-    let uploaded = UploadedScene::new(&gpu, &scene)?;
+    let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.rays)?;
     let renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
     Ok(())
@@ -124,9 +124,9 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
     }
 }
 
-pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<UploadedScene> {
+pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {
     let bar = progress.bar("BVH", 1);
-    let uploaded = UploadedScene::new(gpu, scene)?;
+    let uploaded = UploadedScene::with_rays(gpu, scene, settings.rays)?;
     bar.set(1);
     Ok(uploaded)
 }

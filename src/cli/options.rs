@@ -6,7 +6,7 @@ use clap::ArgAction;
 
 use super::Verbosity;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, Settings, ShadowPoints, Size, Switch,
+    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Rays, Reservoir, Settings, ShadowPoints, Size, Switch,
     Technique, View,
 };
 
@@ -139,6 +139,10 @@ pub(super) struct ShadowArgs {
     /// Reservoir update [default: exact where the device has 64-bit atomics, else lock]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "race|lock|exact")]
     pub reservoir: Option<Reservoir>,
+    /// What traces rays of any kind: the BVH in shaders, or the device's acceleration structures by ray queries
+    /// [default: bvh]
+    #[arg(long, value_enum, hide_possible_values = true, value_name = "bvh|query")]
+    pub rays: Option<Rays>,
     /// Filter of the shadow estimates [default: atrous]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "atrous|none")]
     pub filter: Option<Filter>,
@@ -264,6 +268,7 @@ impl ShadowArgs {
         set(&mut settings.shadow_from, self.shadow_from);
         set(&mut settings.shadow_points, self.shadow_points);
         settings.reservoir = self.reservoir.or(settings.reservoir);
+        set(&mut settings.rays, self.rays);
         set(&mut settings.filter, self.filter);
     }
 }

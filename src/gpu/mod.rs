@@ -1,5 +1,6 @@
 //! Explicit Vulkan: the only module with `unsafe` code. Everything above it is plain data and safe calls.
 
+mod acceleration;
 mod buffer;
 mod descriptors;
 mod device;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::acceleration::{Acceleration, BUILD_INPUT};
 use super::buffer::Buffer;
 use super::check;
 use super::descriptors::{Bound, Sets};
@@ -14,6 +15,7 @@ use super::transfer::{Subresource, upload_buffer, upload_image};
 use super::word_image::WordImage;
 use crate::error::{Error, Result};
 use crate::scene::Draw;
+use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::MipChain;
 
 /// Everything uploaded, as plain bytes and texels.
@@ -26,6 +28,8 @@ pub struct SceneData<'a> {
     pub vertices: &'a [u8],
     /// Three indices per triangle.
     pub indices: &'a [u8],
+    /// Triangles for ray queries; `None` leaves the acceleration structures out.
+    pub query: Option<&'a QueryGeometry>,
     /// `GpuMaterial`s.
     pub materials: &'a [u8],
     /// `PunctualLight`s, directional and spot lights first.
@@ -54,6 +58,7 @@ pub struct SceneSet {
     /// BVH triangles.
     pub(super) triangles: WordImage,
     _nodes: WordImage,
+    _query: Option<(Acceleration, Buffer)>,
     _images: Vec<Image>,
     _samplers: [Sampler; 2],
 }
@@ -96,8 +101,9 @@ impl SceneSet {
     /// [`Error::Failure`] when a part exceeds the device's storage buffer range; [`Error::Memory`].
     pub fn new(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Self> {
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let vertices =
-            storage_buffer(gpu, "scene vertices", data.vertices, storage | vk::BufferUsageFlags::VERTEX_BUFFER)?;
+        let build_input = data.query.map_or(vk::BufferUsageFlags::empty(), |_| BUILD_INPUT);
+        let vertex_usage = storage | vk::BufferUsageFlags::VERTEX_BUFFER | build_input;
+        let vertices = storage_buffer(gpu, "scene vertices", data.vertices, vertex_usage)?;
         let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
         let materials = storage_buffer(gpu, "materials", data.materials, storage)?;
         let lights = storage_buffer(gpu, "scene lights", data.lights, storage)?;
@@ -108,7 +114,7 @@ impl SceneSet {
         let images = upload_textures(gpu, data)?;
         let bound = |b: &Buffer| Bound::Storage { buffer: b.raw, size_bytes: b.size_bytes };
         let texture = |i: &Image| Bound::Texture { view: i.view, sampler: sampler.raw };
-        let contents = vec![
+        let mut contents = vec![
             (0, nodes.bound()),
             (1, triangles.bound()),
             (2, bound(&vertices)),
@@ -117,6 +123,10 @@ impl SceneSet {
             (5, bound(&lights)),
             (6, Bound::Texture { view: images[0].view, sampler: plain_sampler.raw }),
         ];
+        let query = data.query.map(|geometry| query_parts(gpu, &vertices, geometry)).transpose()?;
+        if let Some((acceleration, places)) = &query {
+            contents.extend([(7, acceleration.bound()), (8, bound(places))]);
+        }
         let scene = Sets::new(
             gpu,
             "scene",
@@ -142,10 +152,18 @@ impl SceneSet {
             buffers: [materials, lights],
             triangles,
             _nodes: nodes,
+            _query: query,
             _images: images,
             _samplers: [sampler, plain_sampler],
         })
     }
+}
+
+/// The acceleration structures, and the places of their triangles.
+fn query_parts(gpu: &Arc<Gpu>, vertices: &Buffer, geometry: &QueryGeometry) -> Result<(Acceleration, Buffer)> {
+    let places = bytemuck::cast_slice(&geometry.places);
+    let places = storage_buffer(gpu, "structure triangles", places, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+    Ok((Acceleration::new(gpu, vertices, geometry)?, places))
 }
 
 fn storage_buffer(gpu: &Arc<Gpu>, name: &str, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<Buffer> {

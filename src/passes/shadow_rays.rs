@@ -2,12 +2,12 @@
 
 use ash::vk;
 
+use super::Frame;
 use super::compaction::{GridLights, Lights};
 use super::descent::Descent;
 use super::gbuffer::GBuffer;
 use super::light_volumes::Lighting;
 use super::merge::MergedLights;
-use super::{Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle, ImageHandle};
 use crate::settings::Reservoir;
@@ -51,7 +51,7 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> ShadowEstim
     };
     let constants = vec![u32::from(inputs.descent.is_some()), frame.shape.lobe.code()];
     let push = vec![inputs.descent.map_or(0, |d| d.index_bits)];
-    let work = ComputeWork { uses_scene: true, constants, push, ..shader(name, frame.per_pixel()) };
+    let work = ComputeWork { constants, push, ..frame.ray_shader(name, frame.per_pixel()) };
     // Without descent the tables are not read, but a binding needs a buffer.
     let unused = inputs.grid.ranks;
     let pass = frame

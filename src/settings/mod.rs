@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
 pub use values::{
-    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Reservoir, ShadowPoints, Size, Switch, Technique, View,
-    name,
+    Build, Center, Exposure, Filter, Levels, LightSet, Lobe, Rays, Reservoir, ShadowPoints, Size, Switch, Technique,
+    View, name,
 };
 
 /// Everything that decides what is rendered and where it goes.
@@ -70,6 +70,8 @@ pub struct Settings {
     pub shadow_points: ShadowPoints,
     /// How reservoirs are updated; `None` is `exact` where the device has 64-bit atomics, else `lock`.
     pub reservoir: Option<Reservoir>,
+    /// What traces rays.
+    pub rays: Rays,
     /// How the levels above the first are built.
     pub build: Build,
     /// The filter of the shadow estimates.
@@ -127,6 +129,7 @@ impl Default for Settings {
             shadow_from: 1,
             shadow_points: ShadowPoints::Descent,
             reservoir: None,
+            rays: Rays::Bvh,
             build: Build::Gather,
             filter: Filter::Atrous,
             clamp: 0.01,
@@ -256,6 +259,7 @@ mod tests {
             shadow_from: 3,
             shadow_points: ShadowPoints::Deviation,
             reservoir: Some(Reservoir::Lock),
+            rays: Rays::Query,
             build: Build::Scatter,
             filter: Filter::None,
             clamp: 0.0,

@@ -32,7 +32,11 @@ type VariantSpec = (&'static str, &'static [(&'static str, &'static str)]);
 const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("light_volumes/shade_light_volume.frag.glsl", RESERVOIR_MODES),
     ("light_volumes/shade_top_level.frag.glsl", RESERVOIR_MODES),
-    ("shadow_rays/trace_shadow_rays.comp.glsl", RESERVOIR_LAYOUTS),
+    ("shadow_rays/trace_shadow_rays.comp.glsl", SHADOW_RAYS),
+    ("vpl_trace/trace_paths.comp.glsl", RAYS),
+    ("direct_light/shade_direct.comp.glsl", RAYS),
+    ("brute_force/shade_all.comp.glsl", RAYS),
+    ("path_trace/trace_pixels.comp.glsl", RAYS),
     ("debug_view/show_chosen_levels.comp.glsl", RESERVOIR_LAYOUTS),
 ];
 
@@ -49,6 +53,17 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
 
 /// Readers only care whether a reservoir is a packed 64-bit key or a plain light index.
 const RESERVOIR_LAYOUTS: &[VariantSpec] = &[("", &[]), ("_exact", &[("RESERVOIR_EXACT", "1")])];
+
+/// What traces rays: `--rays bvh`, or `query`.
+const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];
+
+/// Both layouts of reservoirs with both kinds of rays.
+const SHADOW_RAYS: &[VariantSpec] = &[
+    ("", &[]),
+    ("_exact", &[("RESERVOIR_EXACT", "1")]),
+    ("_query", &[("RAY_QUERY", "1")]),
+    ("_exact_query", &[("RESERVOIR_EXACT", "1"), ("RAY_QUERY", "1")]),
+];
 
 /// The variants of the shader file at `relative` (path under `shaders/`).
 ///

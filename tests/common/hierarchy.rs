@@ -154,6 +154,7 @@ pub fn shape(options: Options) -> FrameShape {
         shadow_points: ShadowPoints::Descent,
         shadow_samples: 0,
         reservoir: Reservoir::Lock,
+        rays: gridlight::settings::Rays::Bvh,
         build: options.build,
         filter: Filter::None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,

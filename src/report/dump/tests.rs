@@ -29,6 +29,7 @@ fn shape() -> FrameShape {
         shadow_points: ShadowPoints::Descent,
         shadow_samples: 4,
         reservoir: Reservoir::Exact,
+        rays: crate::settings::Rays::Bvh,
         build: Build::Gather,
         filter: Filter::Atrous,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,

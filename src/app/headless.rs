@@ -13,7 +13,7 @@ use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::files::Outputs;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
-use crate::report::timings::{Device, Memory, Program, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
+use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
 use crate::report::{FileKind, statistics};
 use crate::scene::{Camera, Scene, gltf};
 use crate::settings::{self, Settings};
@@ -48,7 +48,8 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         }
         _ => None,
     };
-    let printed = (!quiet).then(|| table(&times));
+    let rays = RayRates::of(&times, statistics::rays(&renderer)?);
+    let printed = (!quiet).then(|| table(&times, &rays));
     let picture = match outputs.picture {
         None => None,
         Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
@@ -59,6 +60,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         Some(file) => {
             let counts = statistics::count(&gpu, &uploaded, camera, settings, &renderer)?;
             let mut report = report(settings, &gpu, &scene, camera, &renderer, times, counts);
+            report.rays = rays;
             report.frames = frames.len() as u32;
             report.interrupted.clone_from(&interrupted);
             Some((file, report.to_json()?))
@@ -188,6 +190,7 @@ fn report(
         times,
         memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
         counts,
+        rays: RayRates::default(),
     }
 }
 

@@ -18,9 +18,10 @@ use crate::passes::FrameShape;
 use crate::passes::light_volumes::reservoir_bytes;
 use crate::passes::merge;
 use crate::report::image_files::Picture;
+use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
-use crate::settings::{self, Exposure, LightSet, LightingMode, Reservoir, Settings, Technique};
+use crate::settings::{self, Exposure, LightSet, LightingMode, Rays, Reservoir, Settings, Technique};
 use crate::shared::FrameData;
 use crate::views;
 use crate::views::legend::{self, Canvas};
@@ -40,19 +41,31 @@ pub struct UploadedScene {
     bounds: Aabb,
     first_point_light: u32,
     light_count: u32,
+    has_structures: bool,
 }
 
 impl UploadedScene {
-    /// Builds the BVH and uploads everything.
+    /// Builds the BVH and uploads everything, for `--rays bvh`.
     ///
     /// # Errors
     /// When a part of the scene does not fit the device.
     pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
+        Self::with_rays(gpu, scene, Rays::Bvh)
+    }
+
+    /// The same with what `rays` needs beside the BVH. Either kind of rays can then be asked for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the device has no such rays; when a part of the scene does not fit the device.
+    pub fn with_rays(gpu: &Arc<Gpu>, scene: &Scene, rays: Rays) -> Result<Self> {
+        check_rays(gpu, rays)?;
         let bvh = bvh::build(scene);
         log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
         let prepared = upload::prepare(scene, gpu.report().limits.array_layers);
         let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
+        let query = (rays == Rays::Query).then(|| QueryGeometry::new(scene, &bvh.triangles));
         let data = SceneData {
+            query: query.as_ref(),
             nodes: bytemuck::cast_slice(&bvh.nodes),
             triangles: bytemuck::cast_slice(&bvh.triangles),
             vertices: bytemuck::cast_slice(&scene.vertices),
@@ -66,7 +79,8 @@ impl UploadedScene {
             draws: &scene.draws,
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
-        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count: lights.len() as u32 })
+        let light_count = lights.len() as u32;
+        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count, has_structures: query.is_some() })
     }
 
     /// Triangles, materials and lights as shaders read them; waits.
@@ -301,6 +315,17 @@ pub fn lighting_mode(settings: &Settings) -> LightingMode {
     settings.lighting.unwrap_or(otherwise)
 }
 
+/// Fails where a device cannot trace rays in this way.
+fn check_rays(gpu: &Gpu, rays: Rays) -> Result<()> {
+    if rays == Rays::Bvh || gpu.features().ray_query {
+        return Ok(());
+    }
+    Err(Error::Usage(
+        "--rays query needs VK_KHR_ray_query and VK_KHR_acceleration_structure, which this device lacks; use bvh"
+            .to_owned(),
+    ))
+}
+
 /// How a device updates reservoirs when these settings are asked for.
 ///
 /// # Errors
@@ -323,6 +348,10 @@ pub fn reservoir_mode(gpu: &Gpu, settings: &Settings) -> Result<Reservoir> {
 fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<FrameShape> {
     let features = gpu.features();
     let reservoir = reservoir_mode(gpu, settings)?;
+    check_rays(gpu, settings.rays)?;
+    if settings.rays == Rays::Query && !scene.has_structures {
+        return Err(Error::Failure("the scene was uploaded without acceleration structures".to_owned()));
+    }
     let lighting_format =
         if features.blend_rgba32f { vk::Format::R32G32B32A32_SFLOAT } else { vk::Format::R16G16B16A16_SFLOAT };
     let shape = FrameShape {
@@ -346,6 +375,7 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         shadow_samples: if settings.shadows.is_on() { settings.shadow_samples } else { 0 },
         lighting: lighting_mode(settings),
         reservoir,
+        rays: settings.rays,
         build: settings.build,
         filter: settings.filter,
         lighting_format,

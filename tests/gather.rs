@@ -56,7 +56,7 @@ fn compare(volumes: &Lit, gather: &Lit) -> Verdict {
     let far = |a: &[f32; 4], b: &[f32; 4]| {
         let brightest = a[0].max(a[1]).max(a[2]);
         let scale = [brightest, brightest, brightest, a[3]];
-        (0..4).any(|i| !((a[i] - b[i]).abs() <= LIGHTING_TOLERANCE * scale[i]))
+        (0..4).any(|i| (a[i] - b[i]).abs() > LIGHTING_TOLERANCE * scale[i] || b[i].is_nan())
     };
     let wrong = volumes.lighting.iter().zip(&gather.lighting).position(|(a, b)| far(a, b));
     if let Some(pixel) = wrong {

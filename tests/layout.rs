@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::offset_of;
 
-use gridlight::scene::bvh::{BvhNode, BvhTriangle};
 use gridlight::shader::spirv;
 use gridlight::shared::{FrameData, GpuMaterial, GridLight, GridPlacement, PunctualLight};
 use rspirv::dr::{Module, Operand};
@@ -68,15 +67,6 @@ fn shared_structs() -> Vec<Shared> {
             path_cdf,
             path_probability,
             padding
-        ),
-        shared!(
-            "BvhTriangle", BvhTriangle, v0 as "v0", triangle_index as "triangle", edge1 as "edge1",
-            material as "material", edge2 as "edge2", flags as "flags"
-        ),
-        shared!(
-            "BvhNode", BvhNode, origin as "origin", exponents_and_inner as "exponents_and_inner",
-            first_child as "first_child", first_triangle as "first_triangle", meta as "meta", x as "x", y as "y",
-            z as "z"
         ),
     ]
 }
@@ -167,7 +157,7 @@ fn offsets_in_the_shaders_are_those_in_rust() {
 #[test]
 fn arrays_of_structs_have_strides() {
     let found = all_layouts();
-    for name in ["GridLight", "Material", "PunctualLight", "BvhTriangle", "BvhNode"] {
+    for name in ["GridLight", "Material", "PunctualLight"] {
         assert!(found[name].iter().any(|layout| layout.stride.is_some()), "{name} is in no array");
     }
 }

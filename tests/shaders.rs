@@ -14,7 +14,7 @@ use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    Build, Filter, Levels, LightSet, LightingMode, Reservoir, Settings, Size, Switch, Technique, View,
+    Build, Filter, Levels, LightSet, LightingMode, Rays, Reservoir, Settings, Size, Switch, Technique, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -160,10 +160,21 @@ fn render(
     names
 }
 
+/// Every pass that traces rays, by ray queries.
+fn query_modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
+    let lgh = reservoirs.iter().map(|reservoir| Settings { reservoir: Some(*reservoir), ..small() });
+    let references = [Technique::PathTrace, Technique::BruteForce].map(|technique| Settings { technique, ..small() });
+    lgh.chain(references).map(|settings| Settings { rays: Rays::Query, ..settings }).collect()
+}
+
 fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {
     let scene = room();
-    let uploaded = UploadedScene::new(gpu, &scene).unwrap();
-    let modes = modes(reservoirs);
+    let query = gpu.features().ray_query;
+    let uploaded = UploadedScene::with_rays(gpu, &scene, if query { Rays::Query } else { Rays::Bvh }).unwrap();
+    let mut modes = modes(reservoirs);
+    if query {
+        modes.extend(query_modes(reservoirs));
+    }
     modes.iter().flat_map(|settings| render(gpu, &uploaded, &scene.cameras[0], settings)).collect()
 }
 
@@ -173,7 +184,9 @@ fn every_module_runs_in_some_mode() {
     let exact = test.gpu.features().int64_atomics;
     let reservoirs = [Reservoir::Race, Reservoir::Lock, Reservoir::Exact];
     let used = render_all(&test.gpu, &reservoirs[..if exact { 3 } else { 2 }]);
-    let unused: Vec<&str> = spirv::names().filter(|n| !used.contains(*n) && (exact || !n.contains("_exact"))).collect();
+    let query = test.gpu.features().ray_query;
+    let can_run = |name: &str| (exact || !name.contains("_exact")) && (query || !name.contains("_query"));
+    let unused: Vec<&str> = spirv::names().filter(|name| !used.contains(*name) && can_run(name)).collect();
     assert!(unused.is_empty(), "no mode of the frame uses {unused:?}");
 }
 
@@ -194,4 +207,8 @@ fn the_fallbacks_of_the_baseline_run() {
     let exact = Settings { reservoir: Some(Reservoir::Exact), ..volumes };
     let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &exact).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
+    let query = Settings { rays: Rays::Query, ..small() };
+    let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &query).err().unwrap();
+    assert_eq!(error.exit_code(), 2, "{error}");
+    assert!(error.to_string().contains("--rays query needs VK_KHR_ray_query"), "{error}");
 }

@@ -31,6 +31,7 @@ fn scene() -> Scene {
 fn upload(test: &common::GpuTest, scene: &Scene, prepared: &PreparedScene) -> Arc<SceneSet> {
     let bvh = bvh::build(scene);
     let data = SceneData {
+        query: None,
         nodes: bytemuck::cast_slice(&bvh.nodes),
         triangles: bytemuck::cast_slice(&bvh.triangles),
         vertices: bytemuck::cast_slice(&scene.vertices),

@@ -25,14 +25,15 @@ fn any_shape() -> FrameShape {
     })
 }
 
-/// Ranks of `bits` on the GPU.
-fn scan(test: &common::GpuTest, bits: &[u32]) -> Vec<u32> {
+/// Ranks of `bits` on the GPU, or sums where they are `values`.
+fn scan_as(test: &common::GpuTest, bits: &[u32], values: bool) -> Vec<u32> {
     let mut frame = Frame::new(any_shape());
     let bytes = 4 * (BEFORE + bits.len() + 1) as u64;
     let input = frame.graph.persistent_buffer("bits", bytes);
     let ranks = frame.graph.persistent_buffer("ranks", bytes);
     let (first_word, word_count) = (BEFORE as u32, bits.len() as u32);
-    pass::add(&mut frame, "alone", ScanRange { bits: input, ranks, first_word, word_count, keep_ranks: true });
+    let range = ScanRange { bits: input, ranks, first_word, word_count, keep_ranks: true, values };
+    pass::add(&mut frame, "alone", range);
     let data = frame_data(&frame.shape, 1.0);
     let mut executor = Executor::new(&test.gpu, frame.graph, None).unwrap();
     let padded: Vec<u32> = [u32::MAX; BEFORE].iter().chain(bits).chain(&[u32::MAX]).copied().collect();
@@ -43,6 +44,11 @@ fn scan(test: &common::GpuTest, bits: &[u32]) -> Vec<u32> {
     let found: Vec<u32> = bytemuck::pod_collect_to_vec(&executor.read_buffer(ranks).unwrap());
     assert_eq!(found[..BEFORE], [u32::MAX; BEFORE], "written before the range");
     found[BEFORE..].to_vec()
+}
+
+/// Ranks of `bits` on the GPU.
+fn scan(test: &common::GpuTest, bits: &[u32]) -> Vec<u32> {
+    scan_as(test, bits, false)
 }
 
 fn random_bits(count: usize) -> Vec<u32> {
@@ -66,6 +72,22 @@ fn sizes_around_every_step() {
     for count in [1, 2, 255, 256, 257, 1023, 1024, 1025, block - 1, block, block + 1, 300_000] {
         let bits = random_bits(count);
         compare::exact(&format!("ranks of {count} words"), &scan(&test, &bits), &exclusive_scan(&bits)).unwrap();
+    }
+}
+
+#[test]
+fn numbers_are_summed_as_they_are() {
+    let test = common::gpu();
+    assert_eq!(scan_as(&test, &[3, 0, 70_000, 1], true), [0, 3, 3, 70_003, 70_004]);
+    for count in [1023, 1024, 1025, 300_000] {
+        let values: Vec<u32> = random_bits(count).iter().map(|word| word % 100).collect();
+        let sums: Vec<u32> = std::iter::once(0)
+            .chain(values.iter().scan(0, |sum, value| {
+                *sum += value;
+                Some(*sum)
+            }))
+            .collect();
+        compare::exact(&format!("sums of {count} words"), &scan_as(&test, &values, true), &sums).unwrap();
     }
 }
 

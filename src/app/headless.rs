@@ -13,7 +13,7 @@ use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::files::Outputs;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
-use crate::report::timings::{Device, Memory, Program, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
+use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
 use crate::report::{FileKind, statistics};
 use crate::scene::{Camera, Scene, gltf};
 use crate::settings::{self, Settings};
@@ -33,7 +33,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
     let camera = find_camera(&scene, settings.camera.as_deref())?;
-    let uploaded = upload(&gpu, &scene, &progress)?;
+    let uploaded = upload(&gpu, &scene, settings, &progress)?;
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
@@ -48,7 +48,8 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         }
         _ => None,
     };
-    let printed = (!quiet).then(|| table(&times));
+    let rays = RayRates::of(&times, statistics::rays(&renderer)?);
+    let printed = (!quiet).then(|| table(&times, &rays));
     let picture = match outputs.picture {
         None => None,
         Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
@@ -59,6 +60,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         Some(file) => {
             let counts = statistics::count(&gpu, &uploaded, camera, settings, &renderer)?;
             let mut report = report(settings, &gpu, &scene, camera, &renderer, times, counts);
+            report.rays = rays;
             report.frames = frames.len() as u32;
             report.interrupted.clone_from(&interrupted);
             Some((file, report.to_json()?))
@@ -96,7 +98,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &Progress::hidden())?;
     let camera = find_camera(&scene, settings.camera.as_deref())?;
-    let uploaded = UploadedScene::new(&gpu, &scene)?;
+    let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.rays)?;
     let renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
     Ok(())
@@ -124,9 +126,9 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
     }
 }
 
-pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, progress: &Progress) -> Result<UploadedScene> {
+pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {
     let bar = progress.bar("BVH", 1);
-    let uploaded = UploadedScene::new(gpu, scene)?;
+    let uploaded = UploadedScene::with_rays(gpu, scene, settings.rays)?;
     bar.set(1);
     Ok(uploaded)
 }
@@ -188,6 +190,7 @@ fn report(
         times,
         memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
         counts,
+        rays: RayRates::default(),
     }
 }
 

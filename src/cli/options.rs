@@ -6,8 +6,8 @@ use clap::ArgAction;
 
 use super::Verbosity;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Reservoir, Settings, ShadowPoints, Size,
-    Switch, Technique, View,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Settings, ShadowPoints,
+    Size, Switch, Technique, View,
 };
 
 #[derive(Debug, clap::Args)]
@@ -144,6 +144,10 @@ pub(super) struct ShadowArgs {
     /// atomics lock]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "race|lock|exact")]
     pub reservoir: Option<Reservoir>,
+    /// What traces rays of any kind: the BVH in shaders, or the device's acceleration structures by ray queries
+    /// [default: bvh]
+    #[arg(long, value_enum, hide_possible_values = true, value_name = "bvh|query")]
+    pub rays: Option<Rays>,
     /// Filter of the shadow estimates [default: atrous]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "atrous|none")]
     pub filter: Option<Filter>,
@@ -270,6 +274,7 @@ impl ShadowArgs {
         set(&mut settings.shadow_points, self.shadow_points);
         settings.lighting = self.lighting.or(settings.lighting);
         settings.reservoir = self.reservoir.or(settings.reservoir);
+        set(&mut settings.rays, self.rays);
         set(&mut settings.filter, self.filter);
     }
 }

@@ -16,6 +16,7 @@ pub(super) enum Bound {
     StorageImage { view: vk::ImageView },
     SampledImage { view: vk::ImageView, layout: vk::ImageLayout },
     Texture { view: vk::ImageView, sampler: vk::Sampler },
+    Structure { raw: vk::AccelerationStructureKHR },
 }
 
 impl Bound {
@@ -25,6 +26,7 @@ impl Bound {
             Self::Uniform { .. } => vk::DescriptorType::UNIFORM_BUFFER,
             Self::StorageImage { .. } => vk::DescriptorType::STORAGE_IMAGE,
             Self::SampledImage { .. } => vk::DescriptorType::SAMPLED_IMAGE,
+            Self::Structure { .. } => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
             Self::Texture { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
         }
     }
@@ -91,11 +93,18 @@ impl Sets {
 fn write(gpu: &Gpu, set: vk::DescriptorSet, binding: u32, bound: Bound) {
     let mut buffers = [vk::DescriptorBufferInfo::default()];
     let mut images = [vk::DescriptorImageInfo::default()];
+    let raw_structures;
+    let mut structures = vk::WriteDescriptorSetAccelerationStructureKHR::default();
     let target = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(bound.kind());
     let target = match bound {
         Bound::Storage { buffer, size_bytes } | Bound::Uniform { buffer, size_bytes } => {
             buffers[0] = vk::DescriptorBufferInfo { buffer, offset: 0, range: size_bytes };
             target.buffer_info(&buffers)
+        }
+        Bound::Structure { raw } => {
+            raw_structures = [raw];
+            structures = structures.acceleration_structures(&raw_structures);
+            target.descriptor_count(1).push_next(&mut structures)
         }
         Bound::StorageImage { view } => {
             images[0] = vk::DescriptorImageInfo::default().image_view(view).image_layout(vk::ImageLayout::GENERAL);
@@ -114,7 +123,7 @@ fn write(gpu: &Gpu, set: vk::DescriptorSet, binding: u32, bound: Bound) {
             target.image_info(&images)
         }
     };
-    // SAFETY: the set is not in use yet; buffers and views outlive it.
+    // SAFETY: the set is not in use yet; what it points at outlives it.
     unsafe { gpu.device.update_descriptor_sets(&[target], &[]) };
 }
 

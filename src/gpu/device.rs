@@ -3,7 +3,7 @@
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::check;
@@ -28,6 +28,8 @@ pub struct Gpu {
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
+    /// Functions of acceleration structures, where there are ray queries.
+    pub(super) acceleration: Option<khr::acceleration_structure::Device>,
     allocator: ManuallyDrop<Mutex<Allocator>>,
     report: DeviceReport,
     instance: Instance,
@@ -50,18 +52,20 @@ impl Gpu {
         // SAFETY: family and index were requested at device creation.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
+        let ray_query = report.optional.ray_query;
+        let acceleration = ray_query.then(|| khr::acceleration_structure::Device::new(&instance.raw, &device));
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: device.clone(),
             physical_device: physical,
             debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
-            buffer_device_address: false,
+            buffer_device_address: ray_query,
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         })
         .map_err(|e| Error::Memory { name: "the allocator".to_owned(), reason: e.to_string() })?;
         log::info!("device: {} ({})", report.name, report.driver);
         let allocator = ManuallyDrop::new(Mutex::new(allocator));
-        Ok(Arc::new(Self { device, queue, queue_family, debug, allocator, report, instance }))
+        Ok(Arc::new(Self { device, queue, queue_family, debug, acceleration, allocator, report, instance }))
     }
 
     /// What the device is and offers.
@@ -185,13 +189,24 @@ fn create_device(
         .shader_int64(optional.int64_atomics);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
         .timeline_semaphore(true)
-        .shader_buffer_int64_atomics(optional.int64_atomics);
+        .shader_buffer_int64_atomics(optional.int64_atomics)
+        .buffer_device_address(optional.ray_query);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
         .synchronization2(true)
         .shader_demote_to_helper_invocation(true);
     let mut features = vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut v12).push_next(&mut v13);
-    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut features);
+    let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+    let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+    let mut extensions = Vec::new();
+    if optional.ray_query {
+        extensions.extend(features::RAY_QUERY_EXTENSIONS.map(std::ffi::CStr::as_ptr));
+        features = features.push_next(&mut structure).push_next(&mut query);
+    }
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .push_next(&mut features);
     // SAFETY: only features reported by the device are enabled; pointers outlive the call.
     check("vkCreateDevice", unsafe { instance.raw.create_device(physical, &info, None) })
 }

@@ -1,6 +1,8 @@
 //! What a device offers: the portability baseline, and the optional features with their fallbacks.
 
-use ash::vk;
+use std::ffi::CStr;
+
+use ash::{khr, vk};
 
 use super::instance::Instance;
 
@@ -13,6 +15,8 @@ pub struct OptionalFeatures {
     pub blend_rgba32f: bool,
     /// Anisotropic filtering in the G-buffer. Fallback: trilinear.
     pub anisotropy: bool,
+    /// Acceleration structures and ray queries: `--rays query`. Fallback: the BVH in shaders.
+    pub ray_query: bool,
 }
 
 /// One physical device, described for `--list-gpus` and the timings.
@@ -47,10 +51,16 @@ pub struct Limits {
     pub storage_range_bytes: u64,
     /// Largest image edge in texels that also is a valid attachment.
     pub image_edge_px: u32,
+    /// Most rows of a sampled image.
+    pub image_rows: u32,
     /// Most layers of an image array.
     pub array_layers: u32,
     /// Most workgroups per dimension of a dispatch.
     pub dispatch_groups: u32,
+    /// Most triangles in an acceleration structure; 0 without ray queries.
+    pub structure_triangles: u64,
+    /// Alignment of the memory that builds of acceleration structures work in.
+    pub scratch_alignment: u32,
     /// Nanoseconds per timestamp tick.
     pub timestamp_period_ns: f32,
     /// Bits of a vertex position within a pixel.
@@ -62,13 +72,24 @@ pub struct Limits {
 impl OptionalFeatures {
     /// Each feature as (name, found, what is used without it).
     #[must_use]
-    pub fn rows(&self) -> [(&'static str, bool, &'static str); 3] {
+    pub fn rows(&self) -> [(&'static str, bool, &'static str); 4] {
         [
             ("64-bit buffer atomics", self.int64_atomics, "--reservoir lock instead of exact"),
             ("rgba32f blending", self.blend_rgba32f, "rgba16f lighting target"),
             ("anisotropic filtering", self.anisotropy, "trilinear filtering"),
+            ("ray queries", self.ray_query, "--rays bvh instead of query"),
         ]
     }
+}
+
+/// What ray queries need beyond the baseline.
+pub(super) const RAY_QUERY_EXTENSIONS: [&CStr; 3] =
+    [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
+
+fn has_ray_query_extensions(instance: &Instance, device: vk::PhysicalDevice) -> bool {
+    // SAFETY: `device` comes from this instance.
+    let found = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
+    RAY_QUERY_EXTENSIONS.iter().all(|name| found.iter().any(|e| e.extension_name_as_c_str() == Ok(*name)))
 }
 
 /// Queue family that can do everything the program needs, with timestamps.
@@ -84,7 +105,11 @@ pub(super) fn queue_family(instance: &ash::Instance, device: vk::PhysicalDevice)
 pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceReport {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
     let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+    if has_ray_query_extensions(instance, device) {
+        properties = properties.push_next(&mut structures);
+    }
     // SAFETY: `device` comes from this instance; the chain lives on this stack frame.
     unsafe { instance.raw.get_physical_device_properties2(device, &mut properties) };
     let p = properties.properties;
@@ -111,11 +136,15 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
         driver_version: p.driver_version,
         missing,
         optional,
-        limits: limits(&p.limits, subgroup.subgroup_size),
+        limits: limits(&p.limits, subgroup.subgroup_size, &structures),
     }
 }
 
-fn limits(l: &vk::PhysicalDeviceLimits, subgroup_size: u32) -> Limits {
+fn limits(
+    l: &vk::PhysicalDeviceLimits,
+    subgroup_size: u32,
+    structures: &vk::PhysicalDeviceAccelerationStructurePropertiesKHR<'_>,
+) -> Limits {
     Limits {
         storage_range_bytes: u64::from(l.max_storage_buffer_range),
         image_edge_px: l
@@ -124,8 +153,11 @@ fn limits(l: &vk::PhysicalDeviceLimits, subgroup_size: u32) -> Limits {
             .min(l.max_framebuffer_height)
             .min(l.max_viewport_dimensions[0])
             .min(l.max_viewport_dimensions[1]),
+        image_rows: l.max_image_dimension2_d,
         array_layers: l.max_image_array_layers,
         dispatch_groups: l.max_compute_work_group_count[0].min(l.max_compute_work_group_count[1]),
+        structure_triangles: structures.max_primitive_count,
+        scratch_alignment: structures.min_acceleration_structure_scratch_offset_alignment,
         timestamp_period_ns: l.timestamp_period,
         subpixel_bits: l.sub_pixel_precision_bits.min(16),
         subgroup_size,
@@ -148,7 +180,12 @@ fn features(
     }
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+    let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+    let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
     let mut chain = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+    if has_ray_query_extensions(instance, device) {
+        chain = chain.push_next(&mut structure).push_next(&mut query);
+    }
     // SAFETY: `device` comes from this instance; the chain lives on this stack frame.
     unsafe { instance.raw.get_physical_device_features2(device, &mut chain) };
     let core = chain.features;
@@ -171,6 +208,7 @@ fn features(
         int64_atomics: core.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
         blend_rgba32f: rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
         anisotropy: core.sampler_anisotropy == vk::TRUE,
+        ray_query: [structure.acceleration_structure, query.ray_query, v12.buffer_device_address] == [vk::TRUE; 3],
     };
     (missing, optional)
 }

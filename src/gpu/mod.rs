@@ -1,5 +1,6 @@
 //! Explicit Vulkan: the only module with `unsafe` code. Everything above it is plain data and safe calls.
 
+mod acceleration;
 mod buffer;
 mod descriptors;
 mod device;
@@ -16,6 +17,7 @@ mod scene_set;
 mod stepped;
 mod timers;
 mod transfer;
+mod word_image;
 mod work;
 
 pub use buffer::Buffer;

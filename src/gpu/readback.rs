@@ -125,13 +125,13 @@ fn writes(used: &Use, resource: Handle) -> bool {
 }
 
 impl SceneSet {
-    /// Reads the buffers back; waits.
+    /// Reads them back; waits.
     ///
     /// # Errors
     /// When the device is lost or has no memory.
     pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<SceneBytes> {
         let read = |buffer: &Buffer| transfer::download_buffer(gpu, buffer.raw, buffer.size_bytes);
-        let [triangles, materials, lights] = [1, 2, 3].map(|i| read(&self.buffers[i]));
-        Ok(SceneBytes { triangles: triangles?, materials: materials?, lights: lights? })
+        let [materials, lights] = &self.buffers;
+        Ok(SceneBytes { triangles: self.triangles.read_back(gpu)?, materials: read(materials)?, lights: read(lights)? })
     }
 }

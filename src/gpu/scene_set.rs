@@ -5,14 +5,17 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::acceleration::{Acceleration, BUILD_INPUT};
 use super::buffer::Buffer;
 use super::check;
 use super::descriptors::{Bound, Sets};
 use super::device::Gpu;
 use super::image::{Image, TextureInfo};
 use super::transfer::{Subresource, upload_buffer, upload_image};
+use super::word_image::WordImage;
 use crate::error::{Error, Result};
 use crate::scene::Draw;
+use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::MipChain;
 
 /// Everything uploaded, as plain bytes and texels.
@@ -25,6 +28,8 @@ pub struct SceneData<'a> {
     pub vertices: &'a [u8],
     /// Three indices per triangle.
     pub indices: &'a [u8],
+    /// Triangles for ray queries; `None` leaves the acceleration structures out.
+    pub query: Option<&'a QueryGeometry>,
     /// `GpuMaterial`s.
     pub materials: &'a [u8],
     /// `PunctualLight`s, directional and spot lights first.
@@ -48,8 +53,12 @@ pub struct SceneSet {
     pub(super) vertices: Buffer,
     pub(super) indices: Buffer,
     pub(super) draws: Vec<Draw>,
-    /// BVH nodes, BVH triangles, materials, lights.
-    pub(super) buffers: Vec<Buffer>,
+    /// Materials, lights.
+    pub(super) buffers: [Buffer; 2],
+    /// BVH triangles.
+    pub(super) triangles: WordImage,
+    _nodes: WordImage,
+    _query: Option<(Acceleration, Buffer)>,
     _images: Vec<Image>,
     _samplers: [Sampler; 2],
 }
@@ -92,32 +101,32 @@ impl SceneSet {
     /// [`Error::Failure`] when a part exceeds the device's storage buffer range; [`Error::Memory`].
     pub fn new(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Self> {
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let vertices =
-            storage_buffer(gpu, "scene vertices", data.vertices, storage | vk::BufferUsageFlags::VERTEX_BUFFER)?;
+        let build_input = data.query.map_or(vk::BufferUsageFlags::empty(), |_| BUILD_INPUT);
+        let vertex_usage = storage | vk::BufferUsageFlags::VERTEX_BUFFER | build_input;
+        let vertices = storage_buffer(gpu, "scene vertices", data.vertices, vertex_usage)?;
         let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
-        let buffers: Vec<_> = [
-            ("BVH nodes", data.nodes),
-            ("BVH triangles", data.triangles),
-            ("materials", data.materials),
-            ("scene lights", data.lights),
-        ]
-        .into_iter()
-        .map(|(name, bytes)| storage_buffer(gpu, name, bytes, storage))
-        .collect::<Result<_>>()?;
+        let materials = storage_buffer(gpu, "materials", data.materials, storage)?;
+        let lights = storage_buffer(gpu, "scene lights", data.lights, storage)?;
+        let nodes = WordImage::new(gpu, "BVH nodes", data.nodes)?;
+        let triangles = WordImage::new(gpu, "BVH triangles", data.triangles)?;
         let sampler = Sampler::new(gpu, gpu.features().anisotropy)?;
         let plain_sampler = Sampler::new(gpu, false)?;
         let images = upload_textures(gpu, data)?;
         let bound = |b: &Buffer| Bound::Storage { buffer: b.raw, size_bytes: b.size_bytes };
         let texture = |i: &Image| Bound::Texture { view: i.view, sampler: sampler.raw };
-        let contents = vec![
-            (0, bound(&buffers[0])),
-            (1, bound(&buffers[1])),
+        let mut contents = vec![
+            (0, nodes.bound()),
+            (1, triangles.bound()),
             (2, bound(&vertices)),
             (3, bound(&indices)),
-            (4, bound(&buffers[2])),
-            (5, bound(&buffers[3])),
+            (4, bound(&materials)),
+            (5, bound(&lights)),
             (6, Bound::Texture { view: images[0].view, sampler: plain_sampler.raw }),
         ];
+        let query = data.query.map(|geometry| query_parts(gpu, &vertices, geometry)).transpose()?;
+        if let Some((acceleration, places)) = &query {
+            contents.extend([(7, acceleration.bound()), (8, bound(places))]);
+        }
         let scene = Sets::new(
             gpu,
             "scene",
@@ -133,18 +142,28 @@ impl SceneSet {
                 vec![(0, texture(image(color))), (1, texture(image(normal)))]
             })
             .collect();
-        let materials = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
+        let material_sets = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
         Ok(Self {
             scene,
-            materials,
+            materials: material_sets,
             vertices,
             indices,
             draws: data.draws.to_vec(),
-            buffers,
+            buffers: [materials, lights],
+            triangles,
+            _nodes: nodes,
+            _query: query,
             _images: images,
             _samplers: [sampler, plain_sampler],
         })
     }
+}
+
+/// The acceleration structures, and the places of their triangles.
+fn query_parts(gpu: &Arc<Gpu>, vertices: &Buffer, geometry: &QueryGeometry) -> Result<(Acceleration, Buffer)> {
+    let places = bytemuck::cast_slice(&geometry.places);
+    let places = storage_buffer(gpu, "structure triangles", places, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+    Ok((Acceleration::new(gpu, vertices, geometry)?, places))
 }
 
 fn storage_buffer(gpu: &Arc<Gpu>, name: &str, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<Buffer> {
@@ -174,6 +193,7 @@ fn upload_textures(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Vec<Image>> {
         mips: 1,
         layers: data.albedo_layers.len() as u32,
         array: true,
+        read_back: false,
     };
     let array = Image::texture(gpu, "albedo array", info)?;
     let layers: Vec<_> = data
@@ -201,7 +221,8 @@ fn upload_mips(gpu: &Arc<Gpu>, name: &str, format: vk::Format, mips: &MipChain) 
             "{name} is {width_px}x{height_px}, this device's images end at {limit}x{limit}"
         )));
     }
-    let info = TextureInfo { format, width_px, height_px, mips: mips.len() as u32, layers: 1, array: false };
+    let info =
+        TextureInfo { format, width_px, height_px, mips: mips.len() as u32, layers: 1, array: false, read_back: false };
     let image = Image::texture(gpu, name, info)?;
     let parts: Vec<_> = mips
         .iter()

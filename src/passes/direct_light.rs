@@ -2,15 +2,14 @@
 
 use ash::vk;
 
+use super::Frame;
 use super::gbuffer::GBuffer;
-use super::{Frame, shader};
-use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
 
 /// Adds the pass; gives the outgoing radiance due to direct light.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
     let direct = frame.image("direct", vk::Format::R32G32B32A32_SFLOAT);
-    let work = ComputeWork { uses_scene: true, ..shader("direct_light/shade_direct", frame.per_pixel()) };
+    let work = frame.ray_shader("direct_light/shade_direct", frame.per_pixel());
     let pass = frame
         .compute("direct_light", work)
         .bind(1, gbuffer.depth, Access::ComputeSampled)

@@ -31,7 +31,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Reservoir, ShadowPoints, View};
+use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Rays, Reservoir, ShadowPoints, View};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -77,6 +77,8 @@ pub struct FrameShape {
     pub lighting: LightingMode,
     /// How reservoirs are updated; `Exact` where lights are gathered.
     pub reservoir: Reservoir,
+    /// What traces rays.
+    pub rays: Rays,
     /// How levels above S1 are built.
     pub build: Build,
     /// Filter of the shadow estimates.
@@ -161,6 +163,16 @@ impl Frame {
     #[must_use]
     pub fn per_pixel(&self) -> Dispatch {
         Dispatch::pixels(self.shape.width_px, self.shape.height_px, crate::shared::TILE_SIZE)
+    }
+
+    /// Work of a compute shader that traces rays over the scene.
+    #[must_use]
+    pub fn ray_shader(&self, name: &str, dispatch: Dispatch) -> ComputeWork {
+        let suffix = match self.shape.rays {
+            Rays::Bvh => "",
+            Rays::Query => "_query",
+        };
+        ComputeWork { uses_scene: true, ..shader(&format!("{name}{suffix}"), dispatch) }
     }
 
     /// A transient image of the picture's size.

@@ -14,9 +14,8 @@ pub fn work(frame: &Frame, name: &str, rounds: u32, push: Vec<u32>) -> ComputeWo
     let repeat = Repeat { rounds: rounds.max(1), parts: tiles.div_ceil(REFERENCE_TILES) };
     ComputeWork {
         push,
-        uses_scene: true,
         repeat: Some(repeat),
-        ..shader(name, Dispatch::Groups([REFERENCE_TILES.min(tiles), 1, 1]))
+        ..frame.ray_shader(name, Dispatch::Groups([REFERENCE_TILES.min(tiles), 1, 1]))
     }
 }
 

@@ -2,12 +2,12 @@
 
 use ash::vk;
 
+use super::Frame;
 use super::compaction::{GridLights, Lights};
 use super::descent::Descent;
 use super::gbuffer::GBuffer;
 use super::light_volumes::Lighting;
 use super::merge::MergedLights;
-use super::{Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle, ImageHandle};
 use crate::settings::Reservoir;
@@ -48,8 +48,7 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> ShadowEstim
     let exact = frame.shape.reservoir == Reservoir::Exact;
     let constants = vec![u32::from(inputs.descent.is_some()), frame.shape.lobe.code(), u32::from(exact)];
     let push = vec![inputs.descent.map_or(0, |d| d.index_bits)];
-    let work =
-        ComputeWork { uses_scene: true, constants, push, ..shader("shadow_rays/trace_shadow_rays", frame.per_pixel()) };
+    let work = ComputeWork { constants, push, ..frame.ray_shader("shadow_rays/trace_shadow_rays", frame.per_pixel()) };
     // Without descent the tables are not read, but a binding needs a buffer.
     let unused = inputs.grid.ranks;
     let pass = frame

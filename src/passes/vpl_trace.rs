@@ -1,7 +1,7 @@
 //! `vpl_trace`: light paths from the scene's lights, a VPL at every diffuse hit (section 4, Keller 1997).
 
-use super::{Frame, shader};
-use crate::gpu::{ComputeWork, Dispatch};
+use super::Frame;
+use crate::gpu::Dispatch;
 use crate::graph::{Access, BufferHandle};
 
 /// VPLs where the paths left them: path p, bounce b in slot p * bounces + b.
@@ -27,10 +27,7 @@ pub fn add(frame: &mut Frame) -> VplSlots {
     let fluxes = frame.graph.transient_buffer("vpl_slot_fluxes", 16 * u64::from(count));
     let bits = frame.graph.transient_buffer("vpl_slot_bits", 4 * u64::from(count.div_ceil(32)));
     frame.clear("vpl_trace/clear", &[(bits, 0)]);
-    let work = ComputeWork {
-        uses_scene: true,
-        ..shader("vpl_trace/trace_paths", Dispatch::threads(frame.shape.path_count, GROUP_SIZE))
-    };
+    let work = frame.ray_shader("vpl_trace/trace_paths", Dispatch::threads(frame.shape.path_count, GROUP_SIZE));
     let pass = frame
         .compute("vpl_trace", work)
         .bind(1, positions, Access::ComputeWrite)

@@ -10,6 +10,15 @@ use crate::renderer::{Renderer, UploadedScene};
 use crate::scene::Camera;
 use crate::settings::{Settings, View};
 
+/// Rays that the last frame traced for virtual point lights and for shadows.
+///
+/// # Errors
+/// When the device is lost.
+pub fn rays(renderer: &Renderer) -> Result<[u64; 2]> {
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(renderer.outputs().ray_count)?);
+    Ok([words[0].into(), words[1].into()])
+}
+
 /// Counts of the last frame of `renderer`; renders one more frame with fragments counted.
 ///
 /// # Errors
@@ -23,8 +32,8 @@ pub fn count(
 ) -> Result<Counts> {
     let words =
         |buffer| -> Result<Vec<u32>> { Ok(bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(buffer)?)) };
-    let rays = words(renderer.outputs().ray_count)?;
-    let mut counts = Counts { vpl_rays: rays[0].into(), shadow_rays: rays[1].into(), ..Counts::default() };
+    let [vpl_rays, shadow_rays] = rays(renderer)?;
+    let mut counts = Counts { vpl_rays, shadow_rays, ..Counts::default() };
     let Some(hierarchy) = &renderer.outputs().hierarchy else { return Ok(counts) };
     let lights = words(hierarchy.lights.counts)?;
     let levels = words(hierarchy.grid.level_table)?;

@@ -4,11 +4,12 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{Cell, CellAlignment, Row, Table};
 
 use super::stats::Stats;
-use super::timings::RunTimes;
+use super::timings::{RayRates, RunTimes};
 
-/// Passes and frames with their median and 95th percentile, and each pass's share of the frame. Plain text.
+/// Passes and frames with their median and 95th percentile, each pass's share of the frame, and the rates of rays
+/// that were traced. Plain text.
 #[must_use]
-pub fn table(times: &RunTimes) -> String {
+pub fn table(times: &RunTimes, rays: &RayRates) -> String {
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
     table.set_header(["pass", "median ms", "p95 ms", "share"]);
@@ -20,7 +21,9 @@ pub fn table(times: &RunTimes) -> String {
     table.add_row(row("sum of passes", &times.pass_sum_ms, share(times.pass_sum_ms.mean, times.frame_gpu_ms.mean)));
     table.add_row(row("frame (GPU clock)", &times.frame_gpu_ms, String::new()));
     table.add_row(row("frame (CPU clock)", &times.frame_cpu_ms, String::new()));
-    table.trim_fmt()
+    let rates = [("shadow rays", rays.shadow_rays_per_s), ("VPL rays", rays.vpl_rays_per_s)]
+        .map(|(name, rate)| rate.map_or_else(String::new, |rate| format!("\n{name}: {:.3} million/s", rate * 1e-6)));
+    table.trim_fmt() + &rates.concat()
 }
 
 fn row(name: &str, ms: &Stats, share: String) -> Row {
@@ -39,7 +42,8 @@ mod tests {
 
     #[test]
     fn the_table_is_plain_and_complete() {
-        let text = table(&RunTimes::of(&two_frames()).unwrap());
+        let rates = RayRates { shadow_rays_per_s: Some(1_234_567.0), vpl_rays_per_s: None };
+        let text = table(&RunTimes::of(&two_frames()).unwrap(), &rates);
         let expected = "\
 | pass              | median ms | p95 ms | share   |
 |-------------------|-----------|--------|---------|
@@ -47,13 +51,14 @@ mod tests {
 | light-volumes     |     3.500 |  4.000 |  70.0 % |
 | sum of passes     |     5.000 |  6.000 | 100.0 % |
 | frame (GPU clock) |     5.000 |  6.000 |         |
-| frame (CPU clock) |     6.000 |  7.000 |         |";
+| frame (CPU clock) |     6.000 |  7.000 |         |
+shadow rays: 1.235 million/s";
         assert_eq!(text, expected);
     }
 
     #[test]
     fn a_clock_that_stands_still_has_no_shares() {
         let frame = super::super::FrameTimes { pass_ms: vec![("a".to_owned(), 0.0)], gpu_ms: 0.0, cpu_ms: 0.0 };
-        assert!(!table(&RunTimes::of(&[frame]).unwrap()).contains("NaN"));
+        assert!(!table(&RunTimes::of(&[frame]).unwrap(), &RayRates::default()).contains("NaN"));
     }
 }

@@ -50,6 +50,8 @@ pub struct RunReport {
     pub memory: Memory,
     /// What was counted.
     pub counts: Counts,
+    /// How fast rays were.
+    pub rays: RayRates,
 }
 
 /// Name and version of the program.
@@ -146,6 +148,28 @@ pub struct Counts {
     pub overdraw_mean: f64,
     /// Light-volume fragments per pixel, most.
     pub overdraw_max: u32,
+}
+
+/// Rays of a frame over the median time of the pass that traces them, set-up of the rays included; `None` where it
+/// traced none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct RayRates {
+    /// Of `shadow_rays`.
+    pub shadow_rays_per_s: Option<f64>,
+    /// Of `vpl_trace`.
+    pub vpl_rays_per_s: Option<f64>,
+}
+
+impl RayRates {
+    /// Rates of so many rays in a frame.
+    #[must_use]
+    pub fn of(times: &RunTimes, [vpl_rays, shadow_rays]: [u64; 2]) -> Self {
+        let rate = |pass: &str, rays: u64| {
+            let ms = times.passes.iter().find(|p| p.name == pass)?.ms.median;
+            (rays > 0 && ms > 0.0).then(|| rays as f64 / ms * 1e3)
+        };
+        Self { shadow_rays_per_s: rate("shadow_rays", shadow_rays), vpl_rays_per_s: rate("vpl_trace", vpl_rays) }
+    }
 }
 
 /// GPU time of one pass.
@@ -262,6 +286,7 @@ pub(crate) mod tests {
             times: RunTimes::of(&two_frames()).unwrap(),
             memory: Memory { device_bytes: 7, peak_resident_bytes: None },
             counts: Counts { grid_lights_per_level: vec![5, 3], ..Counts::default() },
+            rays: RayRates { shadow_rays_per_s: Some(2.5e6), vpl_rays_per_s: None },
         }
     }
 
@@ -275,6 +300,15 @@ pub(crate) mod tests {
         assert_eq!(times.frame_cpu_ms.max.to_bits(), 7.0_f64.to_bits());
         assert_eq!(times.pass_sum_ms, times.frame_gpu_ms);
         assert_eq!(RunTimes::of(&[]), None);
+    }
+
+    #[test]
+    fn rays_per_second_are_over_the_median_of_their_pass() {
+        let frame = |ms: f64| FrameTimes { pass_ms: vec![("shadow_rays".to_owned(), ms)], gpu_ms: ms, cpu_ms: ms };
+        let times = RunTimes::of(&[frame(2.0), frame(4.0), frame(90.0)]).unwrap();
+        let rates = RayRates::of(&times, [7, 1000]);
+        assert_eq!(rates, RayRates { shadow_rays_per_s: Some(250_000.0), vpl_rays_per_s: None });
+        assert_eq!(RayRates::of(&times, [7, 0]), RayRates::default());
     }
 
     #[test]
@@ -303,6 +337,8 @@ pub(crate) mod tests {
             }
         }
         assert_eq!(json["counts"]["grid_lights_per_level"], serde_json::json!([5, 3]));
+        assert_eq!(json["rays"]["shadow_rays_per_s"], 2.5e6);
+        assert!(json["rays"]["vpl_rays_per_s"].is_null());
         assert!(json["memory"]["peak_resident_bytes"].is_null());
     }
 
@@ -310,7 +346,7 @@ pub(crate) mod tests {
     fn json_has_every_setting_even_unset_ones() {
         let json: serde_json::Value = serde_json::from_slice(&report().to_json().unwrap()).unwrap();
         let settings = json["settings"].as_object().unwrap();
-        assert_eq!(settings.len(), 37);
+        assert_eq!(settings.len(), 38);
         assert!(settings["camera"].is_null() && settings["reservoir"].is_null());
         assert_eq!(settings["clamp"], 0.01);
         assert_eq!(settings["size"], "1280x720");

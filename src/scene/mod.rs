@@ -12,6 +12,7 @@ mod gltf_mesh;
 mod gltf_nodes;
 pub mod octahedral;
 mod parallel;
+pub mod query_geometry;
 pub mod testing;
 pub mod upload;
 

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
 pub use values::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Reservoir, ShadowPoints, Size, Switch,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, ShadowPoints, Size, Switch,
     Technique, View, name,
 };
 
@@ -72,6 +72,8 @@ pub struct Settings {
     pub lighting: Option<LightingMode>,
     /// How reservoirs are updated; `None` is `exact`, but for light volumes on a device without 64-bit atomics `lock`.
     pub reservoir: Option<Reservoir>,
+    /// What traces rays.
+    pub rays: Rays,
     /// How the levels above the first are built.
     pub build: Build,
     /// The filter of the shadow estimates.
@@ -130,6 +132,7 @@ impl Default for Settings {
             shadow_points: ShadowPoints::Descent,
             lighting: None,
             reservoir: None,
+            rays: Rays::Bvh,
             build: Build::Gather,
             filter: Filter::Atrous,
             clamp: 0.01,
@@ -260,6 +263,7 @@ mod tests {
             shadow_points: ShadowPoints::Deviation,
             lighting: Some(LightingMode::Volumes),
             reservoir: Some(Reservoir::Lock),
+            rays: Rays::Query,
             build: Build::Scatter,
             filter: Filter::None,
             clamp: 0.0,

@@ -148,6 +148,16 @@ pub enum Reservoir {
     Exact,
 }
 
+/// What traces rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rays {
+    /// The BVH in compute shaders.
+    Bvh,
+    /// The device's acceleration structures (`VK_KHR_ray_query`).
+    Query,
+}
+
 /// How the levels above the first are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

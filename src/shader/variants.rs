@@ -35,6 +35,11 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("light_gather/shade_tiles.comp.glsl", GATHERS),
     ("light_volumes/shade_light_volume.frag.glsl", RESERVOIR_MODES),
     ("light_volumes/shade_top_level.frag.glsl", RESERVOIR_MODES),
+    ("shadow_rays/trace_shadow_rays.comp.glsl", RAYS),
+    ("vpl_trace/trace_paths.comp.glsl", RAYS),
+    ("direct_light/shade_direct.comp.glsl", RAYS),
+    ("brute_force/shade_all.comp.glsl", RAYS),
+    ("path_trace/trace_pixels.comp.glsl", RAYS),
 ];
 
 /// A file with only itself as its variant.
@@ -58,6 +63,9 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
     ("_lock", &[("RESERVOIR_LOCK", "1")]),
     ("_exact", &[("RESERVOIR_EXACT", "1")]),
 ];
+
+/// What traces rays: `--rays bvh`, or `query`.
+const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];
 
 /// The variants of the shader file at `relative` (path under `shaders/`).
 ///

@@ -155,6 +155,7 @@ pub fn shape(options: Options) -> FrameShape {
         shadow_samples: 0,
         lighting: gridlight::settings::LightingMode::Gather,
         reservoir: Reservoir::Lock,
+        rays: gridlight::settings::Rays::Bvh,
         build: options.build,
         filter: Filter::None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,

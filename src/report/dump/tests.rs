@@ -30,6 +30,7 @@ fn shape() -> FrameShape {
         shadow_samples: 4,
         lighting: LightingMode::Gather,
         reservoir: Reservoir::Exact,
+        rays: crate::settings::Rays::Bvh,
         build: Build::Gather,
         filter: Filter::Atrous,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,

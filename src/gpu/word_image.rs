@@ -1,0 +1,95 @@
+//! Words that shaders read four at a time, as an image of one word per channel.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::descriptors::Bound;
+use super::device::Gpu;
+use super::image::{Image, TextureInfo};
+use super::transfer::{Subresource, download_image, upload_image};
+use crate::error::{Error, Result};
+
+/// Texels in a row: the edge that every device's images can have (`texel_place` in the shaders).
+const ROW_TEXELS: u32 = 4096;
+
+/// Four words of four bytes.
+const TEXEL_BYTES: usize = 16;
+
+/// Bytes in rows of [`ROW_TEXELS`] texels. Why not a buffer: `docs/bvh.md`.
+pub(super) struct WordImage {
+    image: Image,
+    rows: u32,
+    size_bytes: usize,
+}
+
+impl WordImage {
+    /// Uploads `bytes`, a multiple of 16.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when they take more rows than the device's images have; [`Error::Memory`].
+    pub fn new(gpu: &Arc<Gpu>, name: &str, bytes: &[u8]) -> Result<Self> {
+        let most = gpu.report().limits.image_rows;
+        let rows = rows(name, bytes.len(), most)?;
+        let info = TextureInfo {
+            format: vk::Format::R32G32B32A32_UINT,
+            width_px: ROW_TEXELS,
+            height_px: rows,
+            mips: 1,
+            layers: 1,
+            array: false,
+            read_back: true,
+        };
+        let image = Image::texture(gpu, name, info)?;
+        let mut texels = bytes.to_vec();
+        texels.resize(rows as usize * ROW_TEXELS as usize * TEXEL_BYTES, 0);
+        let all = Subresource { mip: 0, layer: 0, width_px: ROW_TEXELS, height_px: rows, texels: &texels };
+        upload_image(gpu, &image, &[all])?;
+        Ok(Self { image, rows, size_bytes: bytes.len() })
+    }
+
+    pub fn bound(&self) -> Bound {
+        Bound::SampledImage { view: self.image.view, layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL }
+    }
+
+    /// The bytes as uploaded; waits.
+    pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<Vec<u8>> {
+        let (aspect, layout) = (vk::ImageAspectFlags::COLOR, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+        let size_px = [ROW_TEXELS, self.rows];
+        let mut bytes = download_image(gpu, self.image.raw, aspect, layout, size_px, TEXEL_BYTES as u64)?;
+        bytes.truncate(self.size_bytes);
+        Ok(bytes)
+    }
+}
+
+/// Rows that so many bytes take, at least one.
+fn rows(name: &str, size_bytes: usize, most: u32) -> Result<u32> {
+    let row_bytes = ROW_TEXELS as usize * TEXEL_BYTES;
+    let rows = size_bytes.div_ceil(row_bytes).max(1);
+    if rows > most as usize {
+        let mib = |bytes: usize| bytes >> 20;
+        return Err(Error::Failure(format!(
+            "the scene is too large for this device: {name} take {} MiB, an image of this kind holds {} MiB",
+            mib(size_bytes),
+            mib(most as usize * row_bytes)
+        )));
+    }
+    Ok(rows as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rows;
+
+    #[test]
+    fn rows_are_filled_one_by_one_up_to_the_limit() {
+        assert_eq!(rows("nodes", 0, 4096).unwrap(), 1);
+        assert_eq!(rows("nodes", 65536, 4096).unwrap(), 1);
+        assert_eq!(rows("nodes", 65552, 4096).unwrap(), 2);
+        assert_eq!(rows("nodes", 256 << 20, 4096).unwrap(), 4096);
+        let error = rows("BVH nodes", (256 << 20) + 16, 4096).unwrap_err();
+        let sentence =
+            "the scene is too large for this device: BVH nodes take 256 MiB, an image of this kind holds 256 MiB";
+        assert!(error.to_string().contains(sentence), "{error}");
+    }
+}

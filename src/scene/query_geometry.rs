@@ -1,0 +1,70 @@
+//! The triangles of a scene as an acceleration structure takes them: those that let nothing through first.
+
+use super::Scene;
+use super::bvh::{BvhTriangle, FLAG_ALPHA_MASKED};
+
+/// Triangles in two groups, opaque and alpha-masked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct QueryGeometry {
+    /// Three indices into the scene's vertices for each triangle.
+    pub indices: Vec<u32>,
+    /// The number of opaque triangles, then for each triangle its place among the BVH's.
+    pub places: Vec<u32>,
+}
+
+impl QueryGeometry {
+    /// Groups the BVH's triangles.
+    #[must_use]
+    pub fn new(scene: &Scene, triangles: &[BvhTriangle]) -> Self {
+        let is_masked = |i: &u32| triangles[*i as usize].flags & FLAG_ALPHA_MASKED != 0;
+        let all = 0..triangles.len() as u32;
+        let opaque = all.clone().filter(|i| !is_masked(i));
+        let masked = all.filter(is_masked);
+        let mut places = vec![0];
+        places.extend(opaque);
+        places[0] = places.len() as u32 - 1;
+        places.extend(masked);
+        let corners = |place: &u32| {
+            let first = 3 * triangles[*place as usize].triangle_index as usize;
+            [0, 1, 2].map(|corner| scene.indices[first + corner])
+        };
+        let indices = places[1..].iter().flat_map(corners).collect();
+        Self { indices, places }
+    }
+
+    /// Number of opaque triangles, which come first.
+    #[must_use]
+    pub fn opaque_count(&self) -> u32 {
+        self.places[0]
+    }
+
+    /// Number of alpha-masked triangles.
+    #[must_use]
+    pub fn masked_count(&self) -> u32 {
+        self.places.len() as u32 - 1 - self.places[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::bvh;
+    use crate::scene::testing::box_room;
+
+    #[test]
+    fn opaque_triangles_come_first_and_keep_their_corners() {
+        let scene = box_room(1.0, Vec3::ONE);
+        let mut triangles = bvh::build(&scene).triangles;
+        triangles[1].flags = FLAG_ALPHA_MASKED;
+        let geometry = QueryGeometry::new(&scene, &triangles);
+        let count = triangles.len() as u32;
+        assert_eq!((geometry.opaque_count(), geometry.masked_count()), (count - 1, 1));
+        assert_eq!((geometry.places[2], geometry.places.last()), (2, Some(&1)));
+        for (place, corners) in geometry.places[1..].iter().zip(geometry.indices.chunks_exact(3)) {
+            let triangle = &triangles[*place as usize];
+            assert_eq!(scene.vertices[corners[0] as usize].position_ws, triangle.v0);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Shadow rays by ray queries against shadow rays over the BVH: the same rays, one for each pixel.
+
+mod common;
+
+use common::rooms::{add_quad, camera};
+use glam::Vec3;
+use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::scene::testing::{box_room, shared_dir};
+use gridlight::scene::{Draw, Light, Material, Scene, Texture, gltf};
+use gridlight::settings::{LightSet, Rays, Settings, ShadowPoints, Size, Technique, View};
+
+/// Share of shadow rays that must agree.
+const AGREEMENT: f64 = 0.999;
+
+/// A room full of lamps with an opaque shelf, and a screen whose texture has holes where `alpha_cutoff` is set.
+fn room_with_a_screen(alpha_cutoff: Option<f32>) -> Scene {
+    let quad = |origin: Vec3, u: Vec3, v: Vec3| [origin, origin + u, origin + u + v, origin + v];
+    let mut scene = box_room(4.0, Vec3::splat(0.6));
+    add_quad(&mut scene, quad(Vec3::new(-1.2, 0.4, -1.2), Vec3::X * 1.5, Vec3::new(0.0, 0.3, 1.4)));
+    let opaque = scene.indices.len();
+    add_quad(&mut scene, quad(Vec3::new(0.1, -1.9, -0.8), Vec3::new(0.3, 0.0, 1.8), Vec3::Y * 2.4));
+    let texel = |i: u32| [200, 180, 160, if (i / 8 + i).is_multiple_of(2) { 255 } else { 0 }];
+    scene.textures =
+        vec![Texture { name: "screen".into(), width: 8, height: 8, rgba: (0..64).flat_map(texel).collect() }];
+    let screen = Material { base_color_texture: Some(0), alpha_cutoff, ..scene.materials[0].clone() };
+    scene.materials.push(screen);
+    scene.triangle_materials[opaque / 3..].fill(1);
+    let (first, count) = (opaque as u32, (scene.indices.len() - opaque) as u32);
+    scene.draws = vec![
+        Draw { first_index: 0, index_count: first, material: 0 },
+        Draw { first_index: first, index_count: count, material: 1 },
+    ];
+    scene.lights = (0..64_u32)
+        .map(|i| {
+            let place = Vec3::new((i % 4) as f32, (i / 4 % 4) as f32, (i / 16) as f32);
+            Light::Point { position_ws: place * 1.1 - Vec3::new(1.7, 1.6, 1.65), intensity: Vec3::splat(1.0) }
+        })
+        .collect();
+    scene.cameras = vec![camera(Vec3::new(-1.7, 0.9, 1.7), Vec3::new(0.8, -0.4, -0.9).normalize(), 1.3)];
+    scene
+}
+
+/// What one shadow ray of each pixel lets through; lights that no ray has placed, so that both kinds of rays start
+/// and end at the same points.
+fn one_ray_each(rays: Rays) -> Settings {
+    Settings {
+        size: Size { width: 256, height: 192 },
+        lights: LightSet::Scene,
+        shadow_samples: 1,
+        shadow_points: ShadowPoints::Deviation,
+        view: View::ShadowRatio,
+        rays,
+        ..Settings::default()
+    }
+}
+
+fn render(test: &common::GpuTest, uploaded: &UploadedScene, scene: &Scene, settings: &Settings) -> Vec<f32> {
+    let mut renderer = Renderer::new(&test.gpu, uploaded, &scene.cameras[0], settings).unwrap();
+    let ticket = renderer.submit().unwrap();
+    renderer.wait(ticket).unwrap();
+    renderer.read_radiance().unwrap()
+}
+
+/// The share of pixels that hold the same in both pictures.
+fn agreement(a: &[f32], b: &[f32]) -> f64 {
+    let same = a.chunks_exact(3).zip(b.chunks_exact(3)).filter(|(a, b)| a.iter().zip(*b).all(|(a, b)| a == b)).count();
+    same as f64 / (a.len() / 3) as f64
+}
+
+/// The share of pixels that are not black.
+fn lit(picture: &[f32]) -> f64 {
+    picture.chunks_exact(3).filter(|pixel| pixel.iter().any(|value| *value > 0.0)).count() as f64
+        / (picture.len() / 3) as f64
+}
+
+/// The test's device, where it has ray queries.
+fn gpu_with_queries() -> Option<common::GpuTest> {
+    let test = common::gpu();
+    let found = test.gpu.features().ray_query;
+    if !found {
+        eprintln!("skipped: this device has no ray queries");
+    }
+    found.then_some(test)
+}
+
+#[test]
+fn shadow_rays_agree_with_the_bvh() {
+    let Some(test) = gpu_with_queries() else { return };
+    let scene = room_with_a_screen(Some(0.5));
+    let uploaded = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).unwrap();
+    let [bvh, query] = [Rays::Bvh, Rays::Query].map(|rays| render(&test, &uploaded, &scene, &one_ray_each(rays)));
+    let agreeing = agreement(&bvh, &query);
+    eprintln!("room: {:.4} % of shadow rays agree, {:.1} % are not blocked", 100.0 * agreeing, 100.0 * lit(&bvh));
+    assert!((0.3..0.95).contains(&lit(&bvh)), "too little shadow, or too much: {}", lit(&bvh));
+    assert!(agreeing >= AGREEMENT, "{agreeing}");
+    // A structure over another scene, with the holes filled: the comparison must tell.
+    let filled = room_with_a_screen(None);
+    let wrong = UploadedScene::with_rays(&test.gpu, &filled, Rays::Query).unwrap();
+    let wrong = agreement(&bvh, &render(&test, &wrong, &filled, &one_ray_each(Rays::Query)));
+    eprintln!("room with the holes filled: {:.4} %", 100.0 * wrong);
+    assert!(wrong < AGREEMENT, "a screen without holes is not noticed: {wrong}");
+}
+
+#[test]
+fn sun_shadows_in_a_large_scene_agree() {
+    let Some(test) = gpu_with_queries() else { return };
+    let Some(shared) = shared_dir() else {
+        eprintln!("skipped: no shared assets");
+        return;
+    };
+    let mut scene = gltf::load(&shared.join("assets/sponza/sponza-sun.gltf"), &|_, _, _| ()).unwrap();
+    scene.cameras.sort_by_key(|camera| camera.name != "atrium");
+    let uploaded = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).unwrap();
+    let settings = |rays| Settings { technique: Technique::Direct, view: View::Direct, ..one_ray_each(rays) };
+    let [bvh, query] = [Rays::Bvh, Rays::Query]
+        .map(|rays| render(&test, &uploaded, &scene, &Settings { lights: LightSet::Vpl, ..settings(rays) }));
+    let agreeing = agreement(&bvh, &query);
+    eprintln!("Sponza: {:.4} % of sun rays agree, {:.1} % are not blocked", 100.0 * agreeing, 100.0 * lit(&bvh));
+    assert!(lit(&bvh) > 0.02 && agreeing >= AGREEMENT, "{agreeing}");
+}
+
+#[test]
+fn rays_without_structures_are_an_error() {
+    let test = common::baseline_gpu();
+    let scene = room_with_a_screen(Some(0.5));
+    let error = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).err().unwrap();
+    assert_eq!(error.exit_code(), 2, "{error}");
+    assert!(error.to_string().contains("VK_KHR_ray_query"), "{error}");
+}

@@ -15,10 +15,10 @@ use crate::passes::shadow_rays::ShadowEstimates;
 use crate::passes::tone_map::ToneMapped;
 use crate::passes::{
     Frame, FrameShape, accumulate, atrous, bounds, brute_force, compaction, compose, descent, direct_light, gbuffer,
-    grid_gather, grid_scatter, interleave, light_gather, light_volumes, merge, path_trace, shadow_rays, tone_map,
-    vpl_trace,
+    grid_gather, grid_scatter, interleave, light_buckets, light_gather, light_volumes, merge, path_trace, shadow_rays,
+    tone_map, vpl_trace,
 };
-use crate::settings::{Build, Filter, LightingMode, ShadowPoints, Technique};
+use crate::settings::{Build, Filter, LightingMode, Scatter, ShadowPoints, Technique};
 
 pub use views::needs_lights;
 
@@ -191,15 +191,22 @@ fn add_descent(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid
     }
 }
 
-/// The grids: S1 by scatter, the rest by gather from S1, or everything by scatter.
+/// The grids: S1 from the lights, the rest by gather, or everything by scatter.
 pub(crate) fn construct(frame: &mut Frame, lights: &Lights, placement: BufferHandle) -> GridLights {
     let top = frame.shape.levels.top;
-    let grid = compaction::begin_grid(frame);
+    let mut grid = compaction::begin_grid(frame);
     match frame.shape.build {
-        Build::Gather => {
+        Build::Cascade | Build::Gather => {
             compaction::mark_lights(frame, lights, placement, &grid, 1, 1);
             compaction::compact_levels(frame, "S1", &grid, 1, 1);
-            grid_scatter::add(frame, lights, placement, &grid, 1);
+            match frame.shape.scatter {
+                Scatter::Sorted => {
+                    let buckets = light_buckets::add(frame, lights, placement);
+                    grid_scatter::add_sorted(frame, lights, placement, &grid, &buckets);
+                    grid.buckets = Some(buckets);
+                }
+                Scatter::Atomic => grid_scatter::add(frame, lights, placement, &grid, 1),
+            }
             compaction::mark_grid_lights(frame, &grid);
             compaction::compact_levels(frame, "upper", &grid, 2, top);
             grid_gather::add(frame, placement, &grid);

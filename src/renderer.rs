@@ -21,7 +21,7 @@ use crate::report::image_files::Picture;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
-use crate::settings::{self, Exposure, LightSet, LightingMode, Rays, Reservoir, Settings, Technique};
+use crate::settings::{self, Build, Exposure, LightSet, LightingMode, Rays, Reservoir, Scatter, Settings, Technique};
 use crate::shared::FrameData;
 use crate::views;
 use crate::views::legend::{self, Canvas};
@@ -287,6 +287,9 @@ fn sampling_point(seed: u32, number: u32) -> Vec2 {
     Vec2::from_array(r2_sequence(number, seed)) - 0.5
 }
 
+/// One thread sums the lights of a cell: beyond so many, threads that add atomically are faster.
+const MOST_SORTED_IN_CELL: u32 = 16_384;
+
 /// More direct lights than this make the direct pass slow enough to say so.
 const MANY_DIRECT_LIGHTS: u32 = 64;
 
@@ -377,6 +380,7 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
         reservoir,
         rays: settings.rays,
         build: settings.build,
+        scatter: Scatter::Sorted,
         filter: settings.filter,
         lighting_format,
         // A dump shows the fragments of every pixel.
@@ -452,10 +456,11 @@ fn calibrate(
         settings::Levels::Auto => None,
         settings::Levels::Fixed(top) => Some(top),
     };
-    let LevelChoice { levels, s1_count } = choose_levels(&positions, fixed);
+    let LevelChoice { levels, s1_count, most_in_cell } = choose_levels(&positions, fixed);
     let top = levels.top;
     let upper: u32 = (2..=top).map(|l| choose_levels(&positions, Some(top - l + 1)).s1_count).sum();
     shape.levels = levels;
+    shape.scatter = scatter_mode(settings, most_in_cell);
     shape.grid_capacity = (f64::from(s1_count + upper) * CAPACITY_MARGIN) as u32 + 1024;
     shape.upper_capacity = (f64::from(upper) * CAPACITY_MARGIN) as u32 + 1024;
     check_light_rows(gpu, shape)?;
@@ -478,6 +483,12 @@ fn check_vpls(gpu: &Gpu, settings: &Settings, slots_per_vpl: f64) -> Result<()> 
         limit as u64 >> 20,
         most / 1000 * 1000
     )))
+}
+
+/// How lights are summed into S1 when `most_in_cell` of them share a cell.
+fn scatter_mode(settings: &Settings, most_in_cell: u32) -> Scatter {
+    let crowded = settings.build == Build::Scatter || most_in_cell > MOST_SORTED_IN_CELL;
+    settings.scatter.unwrap_or(if crowded { Scatter::Atomic } else { Scatter::Sorted })
 }
 
 /// The image that holds the merged lights must fit the device.

@@ -92,7 +92,10 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
         Settings { lights: LightSet::Scene, ..small() },
         Settings { lights: LightSet::Both, levels: Levels::Auto, ..small() },
     ];
-    let mut others = [(Build::Gather, Filter::Atrous, 1), (Build::Scatter, Filter::None, 0)].into_iter().cycle();
+    let mut others =
+        [(Build::Gather, Filter::Atrous, 1), (Build::Scatter, Filter::None, 0), (Build::Cascade, Filter::Atrous, 0)]
+            .into_iter()
+            .cycle();
     for interleave in [1, 2, 4] {
         for shadow_samples in [0, 1, 16] {
             for (lighting, reservoir) in lightings(reservoirs) {

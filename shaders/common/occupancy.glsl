@@ -9,3 +9,10 @@ uint grid_light_at(uvec3 vertex, uint level) {
     uint rank = ranks[word] - ranks[first_word(level)] + uint(bitCount(bits & (bit - 1u)));
     return (bits & bit) != 0u && rank < level_count(level) ? level_first(level) + rank : NO_LIGHT;
 }
+
+// The same for a vertex that may lie outside the grid.
+uint grid_light_or_none(ivec3 vertex, uint level) {
+    int n = int(vertices_per_axis(level));
+    bool outside = any(lessThan(vertex, ivec3(0))) || any(greaterThanEqual(vertex, ivec3(n)));
+    return outside ? NO_LIGHT : grid_light_at(uvec3(vertex), level);
+}

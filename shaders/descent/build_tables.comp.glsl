@@ -18,15 +18,6 @@ layout(set = 0, binding = 5, std430) writeonly buffer Descent { uint descent[]; 
 #include "common/level_table.glsl"
 #include "common/occupancy.glsl"
 
-// The same for a vertex that may lie outside the grid.
-uint light_at(ivec3 vertex, uint level) {
-    int n = int(vertices_per_axis(level));
-    if (any(lessThan(vertex, ivec3(0))) || any(greaterThanEqual(vertex, ivec3(n)))) {
-        return NO_LIGHT;
-    }
-    return grid_light_at(uvec3(vertex), level);
-}
-
 void main() {
     uint first = level_first(2u);
     uint index = linear_thread() + first;
@@ -43,7 +34,7 @@ void main() {
     float cumulative = 0.0;
     for (int i = 0; i < int(DESCENT_PARTS); ++i) {
         ivec3 step = ivec3(i % 3, (i / 3) % 3, i / 9) - 1;
-        uint part = light_at(middle + step, level - 1u);
+        uint part = grid_light_or_none(middle + step, level - 1u);
         if (part != NO_LIGHT) {
             float share = ldexp(1.0, -(abs(step.x) + abs(step.y) + abs(step.z)));
             cumulative += share * grid_lights[part].luminance;

@@ -14,35 +14,14 @@ layout(set = 0, binding = 3, std430) readonly buffer Ranks { uint ranks[]; };
 layout(set = 0, binding = 4, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 5, std430) buffer GridLights { GridLight grid_lights[]; };
 layout(push_constant) uniform Push { uint level; };
-// 1: lights count the same in positions, with their weight in place of their luminance.
-layout(constant_id = 0) const uint UNIFORM_CENTER = 0u;
 
 #include "common/level_table.glsl"
-
-// Sums over S1 lights, positions relative to the vertex in cells of this level. Moments are additive.
-struct Moments {
-    vec4 flux_weight;
-    vec4 position_luminance;
-    vec3 square;
-    vec3 lobe;
-};
+#include "grid_gather/moments.glsl"
 
 shared vec4 shared_flux_weight[GATHER_SIZE];
 shared vec4 shared_position_luminance[GATHER_SIZE];
 shared vec4 shared_square[GATHER_SIZE];
 shared vec4 shared_lobe[GATHER_SIZE];
-
-void add_light(inout Moments sums, GridLight light, uvec3 s1_vertex, vec3 vertex, float h) {
-    vec3 q = grid_position(light.position_ws, grid, level) - vertex;
-    vec3 hat = max(1.0 - abs(s1_vertex_in_cells(s1_vertex, level) - vertex), vec3(0.0));
-    float weight = hat.x * hat.y * hat.z;
-    float wm = weight * light.luminance;
-    sums.flux_weight += weight * vec4(light.flux, light.weight);
-    float wp = UNIFORM_CENTER != 0u ? weight * light.weight : wm;
-    sums.position_luminance += vec4(wp * q, wm);
-    sums.square += wp * (light.variance / (h * h) + q * q);
-    sums.lobe += wm * light.lobe;
-}
 
 // Adds the S1 lights of one row whose x lies in [low, high].
 void add_row(inout Moments sums, uint row, uint low, uint high, vec3 vertex, float h) {
@@ -58,22 +37,11 @@ void add_row(inout Moments sums, uint row, uint low, uint high, vec3 vertex, flo
             if (rank < level_count(1u)) {
                 uint n = vertices_per_axis(1u);
                 uvec3 s1_vertex = uvec3(base + uint(findLSB(lowest)), row % n, row / n);
-                add_light(sums, grid_lights[level_first(1u) + rank], s1_vertex, vertex, h);
+                vec3 hat = max(1.0 - abs(s1_vertex_in_cells(s1_vertex, level) - vertex), vec3(0.0));
+                add_light(sums, grid_lights[level_first(1u) + rank], hat.x * hat.y * hat.z, vertex, h);
             }
         }
     }
-}
-
-void store_light(uint record, Moments sums, vec3 vertex, float h) {
-    float wm = max(sums.position_luminance.w, 1e-37);
-    float wp = UNIFORM_CENTER != 0u ? max(sums.flux_weight.w, 1e-37) : wm;
-    vec3 mean = sums.position_luminance.xyz / wp;
-    grid_lights[record].position_ws = grid.origin_ws + (vertex + mean) * h;
-    grid_lights[record].luminance = wm;
-    grid_lights[record].variance = max(sums.square / wp - mean * mean, vec3(0.0)) * h * h;
-    grid_lights[record].lobe = sums.lobe / wm;
-    grid_lights[record].weight = sums.flux_weight.w;
-    grid_lights[record].flux = sums.flux_weight.rgb;
 }
 
 void main() {
@@ -87,7 +55,7 @@ void main() {
     uvec3 low = middle - min(middle, uvec3(scale - 1u));
     uvec3 high = min(middle + scale - 1u, uvec3(vertices_per_axis(1u) - 1u));
     uvec3 extent = high - low + 1u;
-    Moments sums = Moments(vec4(0.0), vec4(0.0), vec3(0.0), vec3(0.0));
+    Moments sums = no_moments();
     for (uint i = lane; inside && i < extent.y * extent.z; i += GATHER_SIZE) {
         uint row = (low.z + i / extent.y) * vertices_per_axis(1u) + low.y + i % extent.y;
         add_row(sums, row, low.x, high.x, vec3(vertex), h);

@@ -1,5 +1,5 @@
-// Order-independent sums: 64-bit two's complement with 40 fractional bits, in two words added by 32-bit atomics
-// with carry. Works on every device, and the result is the same whatever the order of the additions.
+// Order-independent sums: 64-bit two's complement with 40 fractional bits, in two words, added with
+// carry, by 32-bit atomics too. Works on every device, and the result is the same whatever the order of the additions.
 const float FIXED_HIGH = 256.0;
 const float FIXED_LOW = 4294967296.0;
 
@@ -11,6 +11,12 @@ uvec2 fixed_from_float(float value) {
     float high = floor(scaled);
     uvec2 words = uvec2(uint((scaled - high) * FIXED_LOW), uint(high));
     return value < 0.0 ? negated(words) : words;
+}
+
+// Sum of two numbers in two words.
+uvec2 fixed_sum(uvec2 a, uvec2 b) {
+    uint low = a.x + b.x;
+    return uvec2(low, a.y + b.y + (low < a.x ? 1u : 0u));
 }
 
 float float_from_fixed(uvec2 words) {

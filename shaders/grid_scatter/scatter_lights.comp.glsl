@@ -1,6 +1,5 @@
-// Every light adds its moments to its eight surrounding vertices of one level (section 3.1). One thread per light.
-// Moments per vertex, with w the trilinear weight, m the luminance over the largest flux, q the offset from the
-// vertex in cells: w, wm, wmq, wmq^2, wmn, w flux; 14 sums.
+// Every light adds its moments to its eight surrounding vertices of one level (section 3.1), by atomic additions. One
+// thread per light.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/color.glsl"
@@ -19,11 +18,10 @@ layout(set = 0, binding = 5, std430) readonly buffer Ranks { uint ranks[]; };
 layout(set = 0, binding = 6, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 7, std430) buffer Moments { uint moments[]; };
 layout(push_constant) uniform Push { uint level; };
-// 1: lights count the same in positions, with w in place of wm.
-layout(constant_id = 0) const uint UNIFORM_CENTER = 0u;
 
 #include "common/level_table.glsl"
 #include "common/occupancy.glsl"
+#include "grid_scatter/moments.glsl"
 
 void add_moment(uint record, uint moment, float value) {
     uvec2 words = fixed_from_float(value);
@@ -38,39 +36,23 @@ void add_moment(uint record, uint moment, float value) {
     }
 }
 
-void add_moments(uint record, float weight, vec3 q, float m, vec3 normal, vec3 flux) {
-    // A light never vanishes by rounding: at least one unit of luminance.
-    float wm = max(weight * m, 1.0 / (FIXED_HIGH * FIXED_LOW));
-    add_moment(record, 0u, weight);
-    add_moment(record, 1u, wm);
-    float wp = UNIFORM_CENTER != 0u ? weight : wm;
-    for (uint axis = 0u; axis < 3u; ++axis) {
-        add_moment(record, 2u + axis, wp * q[axis]);
-        add_moment(record, 5u + axis, wp * q[axis] * q[axis]);
-        add_moment(record, 8u + axis, wm * normal[axis]);
-        add_moment(record, 11u + axis, weight * flux[axis]);
-    }
-}
-
 void main() {
-    uint light = linear_thread();
-    if (light >= grid.light_count) {
+    uint index = linear_thread();
+    if (index >= grid.light_count) {
         return;
     }
-    uvec4 position_normal = light_positions[light];
-    vec4 flux_kind = light_fluxes[light];
-    vec3 flux = flux_kind.rgb / grid.flux_scale;
-    float m = luminance(flux);
-    vec3 normal = original_lobe(position_normal, flux_kind);
-    vec3 cells = grid_position(uintBitsToFloat(position_normal.xyz), grid, level);
-    uvec3 cell = cell_of(cells, level);
-    vec3 fraction = cells - vec3(cell);
+    ScaledLight light = scaled_light(light_positions[index], light_fluxes[index], level);
+    uvec3 cell = cell_of(light.cells, level);
+    vec3 fraction = light.cells - vec3(cell);
     for (uint i = 0u; i < 8u; ++i) {
         uvec3 corner = uvec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
         float weight = trilinear_weight(fraction, corner);
         uint record = grid_light_at(cell + corner, level);
         if (record != NO_LIGHT && weight > 0.0) {
-            add_moments(record, weight, fraction - vec3(corner), m, normal, flux);
+            float[MOMENTS] terms = moments_of(light, weight, fraction - vec3(corner));
+            for (uint moment = 0u; moment < MOMENTS; ++moment) {
+                add_moment(record, moment, terms[moment]);
+            }
         }
     }
 }

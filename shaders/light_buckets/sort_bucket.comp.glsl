@@ -1,20 +1,19 @@
-// Puts the lights of each bucket into the order of their numbers, so that sums over them are the same in every run.
-// Buckets of more than SORTED_LIGHTS stay as they are: sorting them would take one thread too long. One thread per bucket.
+// Puts the lights of each cell into the order of their numbers, so that sums over them are the same in every run.
+// Cells of more than SORTED_LIGHTS stay as they are: sorting them would take one thread too long. One thread
+// per cell.
 #include "common/frame.glsl"
 #include "common/dispatch.glsl"
 
 layout(local_size_x = WORKGROUP_SIZE) in;
-layout(set = 0, binding = 1, std430) readonly buffer LevelTable { uint level_table[]; };
+layout(set = 0, binding = 1, std430) readonly buffer CellRanks { uint cell_ranks[]; };
 layout(set = 0, binding = 2, std430) readonly buffer BucketStarts { uint bucket_starts[]; };
 layout(set = 0, binding = 3, std430) buffer BucketLights { uint bucket_lights[]; };
-
-#include "common/level_table.glsl"
 
 const uint SORTED_LIGHTS = 256u;
 
 void main() {
     uint bucket = linear_thread();
-    if (bucket >= level_count(1u)) {
+    if (bucket >= cell_ranks[cell_ranks.length() - 1]) {
         return;
     }
     uint first = bucket_starts[bucket];

@@ -16,7 +16,7 @@ shared uint candidates[FOUND_PER_LANE * LANES];
 shared uint found_counts[LANES];
 shared uint most_found;
 
-// The vertices whose lights may reach a cluster. Those of level 0, the lights themselves, are listed by vertices of S1.
+// The vertices whose lights may reach a cluster, for level 0 the lowest vertices of cells of S1.
 struct Reach {
     uint level;
     uint grid_level;
@@ -33,12 +33,13 @@ struct Reach {
 Reach reach_of(Cluster bounds, uint level, uint tile) {
     uint grid_level = max(level, 1u);
     float per_cell = 1.0 / cell_size(grid.h_top, grid_level);
-    // A grid light lies within a cell of its vertex, a light of level 0 within half a cell.
-    float margin = level == 0u ? alpha() + 0.501 : 2.0 * alpha() + 1.001;
+    // A grid light lies within a cell of its vertex, a light of level 0 within the cell that begins there.
+    float reach = (level == 0u ? 1.0 : 2.0) * alpha() + 0.001;
+    float above = level == 0u ? 0.0 : 1.0;
     vec3 origin = grid.origin_ws - frame.eye_near.xyz;
     vec3 last = vec3(float(vertices_per_axis(grid_level) - 1u));
-    vec3 low = clamp(ceil((bounds.lowest - origin) * per_cell - margin), vec3(0.0), last + 1.0);
-    vec3 high = clamp(floor((bounds.highest - origin) * per_cell + margin), vec3(-1.0), last);
+    vec3 low = clamp(ceil((bounds.lowest - origin) * per_cell - reach - 1.0), vec3(0.0), last + 1.0);
+    vec3 high = clamp(floor((bounds.highest - origin) * per_cell + reach + above), vec3(-1.0), last);
     if (level == top_level()) {
         low = vec3(0.0);
         high = last;
@@ -85,12 +86,14 @@ uint dealt_index(uint index, Reach reach, uint tile) {
 }
 
 #ifdef FIRST_LEVEL_0
-// The lights of level 0 near each vertex of S1 are listed from bucket_starts[rank of the vertex] on.
+// The lights of level 0 are listed by cell.
 uvec2 lights_of_row(Reach reach, uint row, uint tile) {
-    uvec2 range = ranks_of_row(reach, row);
     if (reach.level == 0u) {
-        return uvec2(bucket_starts[range.x], bucket_starts[range.y]);
+        uvec2 yz = reach.low.yz + uvec2(row % reach.extent.y, row / reach.extent.y);
+        uvec2 cells = cells_of_row(yz, reach.low.x, reach.low.x + reach.extent.x - 1u);
+        return uvec2(bucket_starts[cells.x], bucket_starts[cells.y]);
     }
+    uvec2 range = ranks_of_row(reach, row);
     return uvec2(dealt_index(range.x, reach, tile), dealt_index(range.y, reach, tile));
 }
 

@@ -29,6 +29,8 @@ layout(set = 0, binding = 11, std430) writeonly buffer Reservoirs { uvec2 reserv
 #ifdef FIRST_LEVEL_0
 layout(set = 0, binding = 12, std430) readonly buffer BucketStarts { uint bucket_starts[]; };
 layout(set = 0, binding = 13, std430) readonly buffer BucketLights { uint bucket_lights[]; };
+layout(set = 0, binding = 14, std430) readonly buffer CellBits { uint cell_bits[]; };
+layout(set = 0, binding = 15, std430) readonly buffer CellRanks { uint cell_ranks[]; };
 #endif
 layout(constant_id = 0) const uint COUNT_OVERDRAW = 0u;
 // Shadow samples of a pixel, known to the compiler so that reservoirs stay in registers; at least 1.
@@ -36,6 +38,9 @@ layout(constant_id = 2) const uint SAMPLES = 1u;
 
 #include "common/level_table.glsl"
 #include "merge/tiles.glsl"
+#ifdef FIRST_LEVEL_0
+#include "common/cells.glsl"
+#endif
 #include "light_gather/tile_bounds.glsl"
 #include "light_gather/find_lights.glsl"
 

@@ -6,8 +6,8 @@ use clap::ArgAction;
 
 use super::Verbosity;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Settings, ShadowPoints,
-    Size, Switch, Technique, View,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, Settings,
+    ShadowPoints, Size, Switch, Technique, View,
 };
 
 #[derive(Debug, clap::Args)]
@@ -105,9 +105,14 @@ pub(super) struct MethodArgs {
     /// Side of the interleaving pattern, in pixels, 1, 2 or 4 [default: 1]
     #[arg(long, value_name = "1|2|4")]
     pub interleave: Option<u32>,
-    /// How the coarse levels are built: from the finest level, or from all lights [default: gather]
-    #[arg(long, value_enum, hide_possible_values = true, value_name = "gather|scatter")]
+    /// How the coarse levels are built: from the level below, from the finest level, or from all lights
+    /// [default: cascade]
+    #[arg(long, value_enum, hide_possible_values = true, value_name = "cascade|gather|scatter")]
     pub build: Option<Build>,
+    /// How lights are summed into the finest grid: listed by cell, or by atomic additions [default: sorted, but
+    /// atomic where very many lights share a cell]
+    #[arg(long, value_enum, hide_possible_values = true, value_name = "sorted|atomic")]
+    pub scatter: Option<Scatter>,
     /// Singularity clamp, a fraction of the scene radius, 0 or above; 0 is the reference [default: 0.01]
     #[arg(long, value_name = "FRACTION", allow_negative_numbers = true)]
     pub clamp: Option<f32>,
@@ -260,6 +265,7 @@ impl MethodArgs {
         set(&mut settings.first_level, self.first_level);
         set(&mut settings.interleave, self.interleave);
         set(&mut settings.build, self.build);
+        settings.scatter = self.scatter.or(settings.scatter);
         set(&mut settings.clamp, self.clamp);
         set(&mut settings.max_submit_ms, self.max_submit_ms);
         set(&mut settings.seed, self.seed);

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::*;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, ShadowPoints, Size, Switch,
-    Technique, View,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints,
+    Size, Switch, Technique, View,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -53,7 +53,7 @@ fn no_options_are_the_defaults() {
 fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
-        --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
+        --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --gpu llvmpipe --validation";
     let expected = Settings {
         scene: Some("a.gltf".into()),
@@ -83,6 +83,7 @@ fn every_option_arrives() {
         reservoir: Some(Reservoir::Race),
         rays: Rays::Query,
         build: Build::Scatter,
+        scatter: Some(Scatter::Atomic),
         filter: Filter::None,
         clamp: 0.0,
         max_submit_ms: 9.0,
@@ -186,7 +187,7 @@ fn mistakes_get_one_sentence() {
 fn help_names_every_option() {
     let help = shown(&["--help"]);
     let options = "--headless --frames --warmup --size --camera --technique --vpls --bounces --levels --alpha \
-        --first-level --interleave --shadow-samples --shadow-from --shadow-points --lighting --reservoir --rays --build --filter --clamp --seed \
+        --first-level --interleave --shadow-samples --shadow-from --shadow-points --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
         --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --help --version [SCENE]";
     for option in options.split_whitespace() {

@@ -1,6 +1,6 @@
 //! Automatic level choice: the most levels such that S1 has fewer than half as many lights as S0 (section 4.3).
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use crate::light_grid::Levels;
 use crate::shared::MAX_LEVEL;
@@ -12,6 +12,8 @@ pub struct LevelChoice {
     pub levels: Levels,
     /// Occupied vertices of S1.
     pub s1_count: u32,
+    /// Lights in the fullest cell of S1.
+    pub most_in_cell: u32,
 }
 
 /// Chooses Lmax for lights at `positions`; with `fixed` only counts.
@@ -19,22 +21,21 @@ pub struct LevelChoice {
 pub fn choose_levels(positions: &[[f32; 3]], fixed: Option<u32>) -> LevelChoice {
     if let Some(top) = fixed {
         let levels = Levels::new(top);
-        return LevelChoice { levels, s1_count: count_occupied(positions, levels) };
+        return count_occupied(positions, levels);
     }
-    let mut best = LevelChoice { levels: Levels::new(2), s1_count: count_occupied(positions, Levels::new(2)) };
+    let mut best = count_occupied(positions, Levels::new(2));
     for top in 3..=MAX_LEVEL {
-        let levels = Levels::new(top);
-        let s1_count = count_occupied(positions, levels);
-        if 2 * s1_count as usize >= positions.len() {
+        let finer = count_occupied(positions, Levels::new(top));
+        if 2 * finer.s1_count as usize >= positions.len() {
             break;
         }
-        best = LevelChoice { levels, s1_count };
+        best = finer;
     }
     best
 }
 
-/// Vertices of level 1 with a light in one of their cells.
-fn count_occupied(positions: &[[f32; 3]], levels: Levels) -> u32 {
+/// Counts the vertices of level 1 with a light in one of their cells.
+fn count_occupied(positions: &[[f32; 3]], levels: Levels) -> LevelChoice {
     let (mut low, mut high) = ([f32::MAX; 3], [f32::MIN; 3]);
     for p in positions {
         for axis in 0..3 {
@@ -45,12 +46,13 @@ fn count_occupied(positions: &[[f32; 3]], levels: Levels) -> u32 {
     let edge = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f32::max) * 1.0001;
     let vertices = levels.vertices_per_axis(1);
     let scale = if edge > 0.0 { (vertices - 1) as f32 / edge } else { 0.0 };
-    let cells: HashSet<[u32; 3]> = positions
-        .iter()
-        .map(|p| [0, 1, 2].map(|axis| (((p[axis] - low[axis]) * scale) as u32).min(vertices - 2)))
-        .collect();
+    let mut cells: HashMap<[u32; 3], u32> = HashMap::new();
+    for p in positions {
+        let cell = [0, 1, 2].map(|axis| (((p[axis] - low[axis]) * scale) as u32).min(vertices - 2));
+        *cells.entry(cell).or_default() += 1;
+    }
     let occupied: HashSet<u64> = cells
-        .iter()
+        .keys()
         .flat_map(|cell| {
             (0..8_u32).map(|i| {
                 let corner = [cell[0] + (i & 1), cell[1] + (i >> 1 & 1), cell[2] + (i >> 2)].map(u64::from);
@@ -58,7 +60,11 @@ fn count_occupied(positions: &[[f32; 3]], levels: Levels) -> u32 {
             })
         })
         .collect();
-    u32::try_from(occupied.len()).unwrap_or(u32::MAX)
+    LevelChoice {
+        levels,
+        s1_count: u32::try_from(occupied.len()).unwrap_or(u32::MAX),
+        most_in_cell: cells.values().copied().max().unwrap_or(0),
+    }
 }
 
 #[cfg(test)]
@@ -69,7 +75,7 @@ mod tests {
     fn one_light_and_coincident_lights_take_the_fewest_levels() {
         let one = choose_levels(&[[1.0, 2.0, 3.0]], None);
         assert_eq!(one.levels.top, 2);
-        assert_eq!(one.s1_count, 8);
+        assert_eq!((one.s1_count, one.most_in_cell), (8, 1));
         assert_eq!(choose_levels(&[], None).s1_count, 0);
     }
 
@@ -77,7 +83,7 @@ mod tests {
     fn coincident_lights_allow_every_level() {
         let many = choose_levels(&[[1.0, 2.0, 3.0]; 1000], None);
         assert_eq!(many.levels.top, MAX_LEVEL);
-        assert_eq!(many.s1_count, 8);
+        assert_eq!((many.s1_count, many.most_in_cell), (8, 1000));
     }
 
     #[test]

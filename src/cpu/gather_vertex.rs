@@ -11,7 +11,7 @@ use crate::shared::{GATHER_SIZE, GridLight};
 
 /// Sums over S1 lights, positions relative to the vertex in cells of the gathering level.
 #[derive(Clone, Copy, Default)]
-struct Moments {
+pub(super) struct Moments {
     flux: Vec3,
     weight: f32,
     position: Vec3,
@@ -103,14 +103,21 @@ impl Source<'_> {
     }
 
     fn add_light(&self, sums: &mut Moments, light: &GridLight, s1_vertex: UVec3, vertex: Vec3) {
-        let h = self.grid.cell_size(self.level);
-        let q = self.grid.grid_position(light.position_ws, self.level) - vertex;
         let hat = (1.0 - (s1_vertex_in_cells(s1_vertex, self.level) - vertex).abs()).max(Vec3::ZERO);
-        let weight = hat.x * hat.y * hat.z;
+        sums.add_light(light, hat.x * hat.y * hat.z, vertex, self.grid, self.level);
+    }
+}
+
+impl Moments {
+    /// Adds a finer light with a weight.
+    pub(super) fn add_light(&mut self, light: &GridLight, weight: f32, vertex: Vec3, grid: &Grid, level: u32) {
+        let h = grid.cell_size(level);
+        let q = grid.grid_position(light.position_ws, level) - vertex;
+        let sums = self;
         let wm = weight * light.luminance;
         sums.flux += weight * Vec3::from_array(light.flux);
         sums.weight += weight * light.weight;
-        let wp = if self.grid.center == Center::Uniform { weight * light.weight } else { wm };
+        let wp = if grid.center == Center::Uniform { weight * light.weight } else { wm };
         sums.position += wp * q;
         sums.luminance += wm;
         sums.square += wp * (Vec3::from_array(light.variance) / (h * h) + q * q);
@@ -118,7 +125,7 @@ impl Source<'_> {
     }
 }
 
-fn store_light(light: &mut GridLight, sums: Moments, vertex: Vec3, grid: &Grid, level: u32) {
+pub(super) fn store_light(light: &mut GridLight, sums: Moments, vertex: Vec3, grid: &Grid, level: u32) {
     let h = grid.cell_size(level);
     let wm = sums.luminance.max(1e-37);
     let wp = if grid.center == Center::Uniform { sums.weight.max(1e-37) } else { wm };

@@ -7,6 +7,7 @@ pub mod count_lights;
 pub mod deal_tiles;
 pub mod exclusive_scan;
 pub mod fixed_point;
+pub mod gather_below;
 pub mod gather_vertex;
 pub mod grid;
 pub mod lights;

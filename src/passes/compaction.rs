@@ -2,6 +2,7 @@
 //! lights. Counts stay on the GPU.
 
 use super::exclusive_scan::{self, ScanRange};
+use super::light_buckets::LightBuckets;
 use super::vpl_trace::VplSlots;
 use super::{Frame, shader, threads};
 use crate::gpu::{ComputeWork, Dispatch};
@@ -32,6 +33,8 @@ pub struct GridLights {
     pub level_table: BufferHandle,
     /// Indirect dispatches over levels; see [`over_level`] and [`per_light`].
     pub dispatches: BufferHandle,
+    /// The lights S0 by cell of S1, where they have been listed.
+    pub buckets: Option<LightBuckets>,
 }
 
 /// Declares the buffers of the lights S0.
@@ -81,6 +84,7 @@ pub fn begin_grid(frame: &mut Frame) -> GridLights {
         ranks: frame.graph.persistent_buffer("occupancy_ranks", 4 * (words + 1)),
         level_table: frame.graph.persistent_buffer("level_table", 4 * u64::from(2 * (MAX_LEVEL + 2) + 1)),
         dispatches: frame.graph.persistent_buffer("level_dispatches", 12 * u64::from(2 * MAX_LEVEL + 2)),
+        buckets: None,
     };
     frame.clear("compaction/clear", &[(grid.occupancy, 0), (grid.level_table, 0)]);
     grid

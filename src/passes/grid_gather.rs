@@ -1,19 +1,21 @@
-//! `grid_gather`: levels 2..=Lmax, each vertex gathering the S1 lights around it (section 3.1).
+//! `grid_gather`: levels 2..=Lmax. Each vertex gathers the S1 lights around it (section 3.1), or with `--build cascade`
+//! those of the level below: the same sums with a fraction of the work, but one level after the other.
 
-use super::compaction::{GridLights, per_light};
+use super::compaction::{GridLights, over_level, per_light};
 use super::{Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
-use crate::settings::Center;
+use crate::settings::{Build, Center};
 
 /// Adds one pass per level.
 pub fn add(frame: &mut Frame, placement: BufferHandle, grid: &GridLights) {
     for level in 2..=frame.shape.levels.top {
-        let work = ComputeWork {
-            push: vec![level],
-            constants: vec![u32::from(frame.shape.center == Center::Uniform)],
-            ..shader("grid_gather/gather_vertex", per_light(grid, level))
+        let (name, dispatch) = match frame.shape.build {
+            Build::Cascade => ("grid_gather/gather_below", over_level(grid, level)),
+            Build::Gather | Build::Scatter => ("grid_gather/gather_vertex", per_light(grid, level)),
         };
+        let constants = vec![u32::from(frame.shape.center == Center::Uniform)];
+        let work = ComputeWork { push: vec![level], constants, ..shader(name, dispatch) };
         let pass = frame
             .compute(&format!("grid_gather/S{level}"), work)
             .bind(1, placement, Access::ComputeRead)

@@ -1,23 +1,22 @@
-//! `grid_scatter`: builds levels by scattering every light to its eight surrounding vertices (section 3.1).
-//! S1 always; with `--build scatter` every level, the slow variant of Table 1.
+//! `grid_scatter`: S1, each light adding itself to its eight surrounding vertices (section 3.1); with
+//! `--build scatter` every level, the slow variant of Table 1.
 
 use super::compaction::{GridLights, Lights, over_level};
+use super::light_buckets::LightBuckets;
 use super::{Frame, shader, threads};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
 use crate::settings::Center;
 use crate::shared::MOMENT_WORDS;
 
-/// Adds the passes for levels `1..=last`.
+/// Adds the passes for levels `1..=last`, with atomic additions.
 pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights, last: u32) {
-    let size = 4 * u64::from(MOMENT_WORDS) * u64::from(frame.shape.grid_capacity);
-    let moments = frame.graph.transient_buffer("moments", size);
-    let uniform_center = u32::from(frame.shape.center == Center::Uniform);
+    let moments = declare_moments(frame);
     frame.clear("grid_scatter/clear", &[(moments, 0)]);
     for level in 1..=last {
         let work = ComputeWork {
             push: vec![level],
-            constants: vec![uniform_center],
+            constants: vec![uniform_center(frame)],
             ..shader("grid_scatter/scatter_lights", threads(frame.shape.light_capacity()))
         };
         let pass = frame
@@ -32,18 +31,62 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
         frame.graph.add_pass(pass);
     }
     for level in 1..=last {
-        let work = ComputeWork {
-            push: vec![level],
-            constants: vec![uniform_center],
-            ..shader("grid_scatter/resolve_moments", over_level(grid, level))
-        };
-        let pass = frame
-            .compute(&format!("grid_scatter/resolve_S{level}"), work)
-            .bind(1, moments, Access::ComputeRead)
-            .bind(2, placement, Access::ComputeRead)
-            .bind(3, grid.level_table, Access::ComputeRead)
-            .bind(4, grid.lights, Access::ComputeReadWrite)
-            .uses(grid.dispatches, Access::IndirectRead);
-        frame.graph.add_pass(pass);
+        resolve(frame, placement, grid, moments, level);
     }
+}
+
+/// Adds the passes for S1, without atomic additions: each vertex sums the lights of its cells.
+pub fn add_sorted(
+    frame: &mut Frame,
+    lights: &Lights,
+    placement: BufferHandle,
+    grid: &GridLights,
+    buckets: &LightBuckets,
+) {
+    let moments = declare_moments(frame);
+    let work = ComputeWork {
+        constants: vec![uniform_center(frame)],
+        ..shader("grid_scatter/sum_lights", over_level(grid, 1))
+    };
+    let pass = frame
+        .compute("grid_scatter/S1", work)
+        .bind(1, lights.positions, Access::ComputeRead)
+        .bind(2, lights.fluxes, Access::ComputeRead)
+        .bind(3, placement, Access::ComputeRead)
+        .bind(4, buckets.cells, Access::ComputeRead)
+        .bind(5, buckets.ranks, Access::ComputeRead)
+        .bind(6, grid.level_table, Access::ComputeRead)
+        .bind(7, moments, Access::ComputeWrite)
+        .bind(8, grid.lights, Access::ComputeRead)
+        .bind(9, buckets.starts, Access::ComputeRead)
+        .bind(10, buckets.lights, Access::ComputeRead)
+        .uses(grid.dispatches, Access::IndirectRead);
+    frame.graph.add_pass(pass);
+    resolve(frame, placement, grid, moments, 1);
+}
+
+fn uniform_center(frame: &Frame) -> u32 {
+    u32::from(frame.shape.center == Center::Uniform)
+}
+
+fn declare_moments(frame: &mut Frame) -> BufferHandle {
+    let size = 4 * u64::from(MOMENT_WORDS) * u64::from(frame.shape.grid_capacity);
+    frame.graph.transient_buffer("moments", size)
+}
+
+/// Turns the moments of a level into its lights.
+fn resolve(frame: &mut Frame, placement: BufferHandle, grid: &GridLights, moments: BufferHandle, level: u32) {
+    let work = ComputeWork {
+        push: vec![level],
+        constants: vec![uniform_center(frame)],
+        ..shader("grid_scatter/resolve_moments", over_level(grid, level))
+    };
+    let pass = frame
+        .compute(&format!("grid_scatter/resolve_S{level}"), work)
+        .bind(1, moments, Access::ComputeRead)
+        .bind(2, placement, Access::ComputeRead)
+        .bind(3, grid.level_table, Access::ComputeRead)
+        .bind(4, grid.lights, Access::ComputeReadWrite)
+        .uses(grid.dispatches, Access::IndirectRead);
+    frame.graph.add_pass(pass);
 }

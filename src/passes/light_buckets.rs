@@ -1,62 +1,77 @@
-//! `light_buckets`: the lights S0 listed by their nearest vertex of S1, so that `light_gather` finds them by place when
-//! they are the first level.
+//! `light_buckets`: the lights S0 listed by cell of S1, by counting sort. `grid_scatter` sums them into S1, and
+//! `light_gather` finds them by place when they are the first level.
 
-use super::compaction::{GridLights, Lights};
+use super::compaction::Lights;
 use super::exclusive_scan::{self, ScanRange};
 use super::{Frame, shader, threads};
 use crate::graph::{Access, BufferHandle};
 
-/// The lists.
+/// The lists (`common/cells.glsl`).
 #[derive(Clone, Copy, Debug)]
 pub struct LightBuckets {
-    /// By rank of the S1 vertex, where its lights start.
+    /// One bit per cell, where its lowest vertex has its bit in the occupancy of S1.
+    pub cells: BufferHandle,
+    /// Set bits before each word.
+    pub ranks: BufferHandle,
+    /// By rank of the cell, where its lights start.
     pub starts: BufferHandle,
     /// Lights of S0.
     pub lights: BufferHandle,
 }
 
-/// Adds the passes: a counting sort.
-pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights) -> LightBuckets {
-    let buckets = frame.shape.grid_capacity;
-    let counts = frame.graph.transient_buffer("light_bucket_counts", 4 * u64::from(buckets));
+/// Adds the passes. Within a cell the order is left to chance: see [`sort`].
+pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle) -> LightBuckets {
+    let words = frame.shape.levels.end_word(1);
+    let capacity = frame.shape.light_capacity();
+    let counts = frame.graph.transient_buffer("light_bucket_counts", 4 * u64::from(capacity));
     let listed = LightBuckets {
-        starts: frame.graph.transient_buffer("light_bucket_starts", 4 * u64::from(buckets + 1)),
-        lights: frame.graph.transient_buffer("light_bucket_lights", 4 * u64::from(frame.shape.light_capacity())),
+        cells: frame.graph.transient_buffer("light_bucket_cells", 4 * u64::from(words)),
+        ranks: frame.graph.transient_buffer("light_bucket_ranks", 4 * u64::from(words + 1)),
+        starts: frame.graph.transient_buffer("light_bucket_starts", 4 * u64::from(capacity + 1)),
+        lights: frame.graph.transient_buffer("light_bucket_lights", 4 * u64::from(capacity)),
     };
-    frame.clear("light_buckets/clear", &[(counts, 0)]);
+    frame.clear("light_buckets/clear", &[(listed.cells, 0), (counts, 0)]);
     let per_light = |frame: &Frame, step: &str| {
-        let work = shader(&format!("light_buckets/{step}"), threads(frame.shape.light_capacity()));
-        frame
-            .compute(&format!("light_buckets/{step}"), work)
-            .bind(1, lights.positions, Access::ComputeRead)
-            .bind(2, placement, Access::ComputeRead)
-            .bind(3, grid.occupancy, Access::ComputeRead)
-            .bind(4, grid.ranks, Access::ComputeRead)
-            .bind(5, grid.level_table, Access::ComputeRead)
-            .bind(6, counts, Access::ComputeReadWrite)
+        let name = format!("light_buckets/{step}");
+        frame.compute(&name, shader(&name, threads(capacity))).bind(1, lights.positions, Access::ComputeRead).bind(
+            2,
+            placement,
+            Access::ComputeRead,
+        )
     };
-    let pass = per_light(frame, "count_lights");
+    let pass = per_light(frame, "mark_cells").bind(3, listed.cells, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    let range = ScanRange {
-        bits: counts,
-        ranks: listed.starts,
-        first_word: 0,
-        word_count: buckets,
-        keep_ranks: false,
-        values: true,
+    scan(frame, "cells", listed.cells, listed.ranks, words, false);
+    let per_cell = |frame: &Frame, step: &str| {
+        per_light(frame, step)
+            .bind(3, listed.cells, Access::ComputeRead)
+            .bind(4, listed.ranks, Access::ComputeRead)
+            .bind(5, counts, Access::ComputeReadWrite)
     };
-    exclusive_scan::add(frame, "light_buckets", range);
-    let pass = per_light(frame, "list_lights").bind(7, listed.starts, Access::ComputeRead).bind(
-        8,
+    let pass = per_cell(frame, "count_lights");
+    frame.graph.add_pass(pass);
+    scan(frame, "light_buckets", counts, listed.starts, capacity, true);
+    let pass = per_cell(frame, "list_lights").bind(6, listed.starts, Access::ComputeRead).bind(
+        7,
         listed.lights,
         Access::ComputeWrite,
     );
     frame.graph.add_pass(pass);
-    let pass = frame
-        .compute("light_buckets/sort_bucket", shader("light_buckets/sort_bucket", threads(buckets)))
-        .bind(1, grid.level_table, Access::ComputeRead)
-        .bind(2, listed.starts, Access::ComputeRead)
-        .bind(3, listed.lights, Access::ComputeReadWrite);
-    frame.graph.add_pass(pass);
     listed
+}
+
+fn scan(frame: &mut Frame, what: &str, bits: BufferHandle, ranks: BufferHandle, word_count: u32, values: bool) {
+    let range = ScanRange { bits, ranks, first_word: 0, word_count, keep_ranks: false, values };
+    exclusive_scan::add(frame, what, range);
+}
+
+/// Adds the pass that puts the lights of each cell into the order of their numbers.
+pub fn sort(frame: &mut Frame, buckets: &LightBuckets) {
+    let work = shader("light_buckets/sort_bucket", threads(frame.shape.light_capacity()));
+    let pass = frame
+        .compute("light_buckets/sort_bucket", work)
+        .bind(1, buckets.ranks, Access::ComputeRead)
+        .bind(2, buckets.starts, Access::ComputeRead)
+        .bind(3, buckets.lights, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
 }

@@ -29,7 +29,11 @@ pub struct Inputs {
 /// Adds the passes.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> Lighting {
     let Inputs { lights, placement, grid, merged } = inputs;
-    let buckets = (frame.shape.first_level == 0).then(|| light_buckets::add(frame, lights, *placement, grid));
+    let buckets = (frame.shape.first_level == 0).then(|| {
+        let buckets = grid.buckets.unwrap_or_else(|| light_buckets::add(frame, lights, *placement));
+        light_buckets::sort(frame, &buckets);
+        buckets
+    });
     let lighting = declare(frame, vk::Format::R32G32B32A32_SFLOAT);
     let mut pass = frame
         .compute("light_gather", work(frame))
@@ -47,7 +51,11 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> Lighting {
         pass = pass.bind(11, reservoirs, Access::ComputeWrite);
     }
     if let Some(buckets) = buckets {
-        pass = pass.bind(12, buckets.starts, Access::ComputeRead).bind(13, buckets.lights, Access::ComputeRead);
+        pass = pass
+            .bind(12, buckets.starts, Access::ComputeRead)
+            .bind(13, buckets.lights, Access::ComputeRead)
+            .bind(14, buckets.cells, Access::ComputeRead)
+            .bind(15, buckets.ranks, Access::ComputeRead);
     }
     frame.graph.add_pass(pass);
     lighting

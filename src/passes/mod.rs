@@ -31,7 +31,7 @@ use ash::vk;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
-use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Rays, Reservoir, ShadowPoints, View};
+use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints, View};
 use crate::shared::{FrameData, WORKGROUP_SIZE};
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
@@ -81,6 +81,8 @@ pub struct FrameShape {
     pub rays: Rays,
     /// How levels above S1 are built.
     pub build: Build,
+    /// How lights are summed into S1; `Atomic` with `Build::Scatter`.
+    pub scatter: Scatter,
     /// Filter of the shadow estimates.
     pub filter: Filter,
     /// Format of the additively blended lighting.

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
 pub use values::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, ShadowPoints, Size, Switch,
-    Technique, View, name,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints,
+    Size, Switch, Technique, View, name,
 };
 
 /// Everything that decides what is rendered and where it goes.
@@ -76,6 +76,8 @@ pub struct Settings {
     pub rays: Rays,
     /// How the levels above the first are built.
     pub build: Build,
+    /// How lights are summed into the first; `None` is `sorted`, but `atomic` where very many lights share a cell.
+    pub scatter: Option<Scatter>,
     /// The filter of the shadow estimates.
     pub filter: Filter,
     /// Singularity clamp, a fraction of the scene radius; 0 is the unclamped reference.
@@ -133,7 +135,8 @@ impl Default for Settings {
             lighting: None,
             reservoir: None,
             rays: Rays::Bvh,
-            build: Build::Gather,
+            build: Build::Cascade,
+            scatter: None,
             filter: Filter::Atrous,
             clamp: 0.01,
             max_submit_ms: 200.0,
@@ -265,6 +268,7 @@ mod tests {
             reservoir: Some(Reservoir::Lock),
             rays: Rays::Query,
             build: Build::Scatter,
+            scatter: Some(Scatter::Atomic),
             filter: Filter::None,
             clamp: 0.0,
             max_submit_ms: 50.5,

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::{Exposure, Levels, LightSet, LightingMode, Reservoir, Settings, Technique, name};
+use super::{Build, Exposure, Levels, LightSet, LightingMode, Reservoir, Scatter, Settings, Technique, name};
 use crate::report::files::FileKind;
 use crate::{Error, Result};
 
@@ -71,6 +71,11 @@ impl Settings {
         let picks_otherwise = matches!(self.reservoir, Some(Reservoir::Race | Reservoir::Lock));
         require(!picks_otherwise || self.lighting != Some(LightingMode::Gather), || {
             "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes".to_owned()
+        })?;
+        require(self.build != Build::Scatter || self.scatter != Some(Scatter::Sorted), || {
+            "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \
+             build"
+                .to_owned()
         })?;
         let traced = matches!(self.technique, Technique::Lgh | Technique::BruteForce) && self.lights != LightSet::Scene;
         require(!traced || self.bounces > 0, || {
@@ -207,6 +212,12 @@ mod tests {
         assert_eq!(
             sentence,
             "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes"
+        );
+        let sentence = complaint(|s| (s.build, s.scatter) = (Build::Scatter, Some(Scatter::Sorted)));
+        assert_eq!(
+            sentence,
+            "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \
+             build"
         );
         for lights in [LightSet::Vpl, LightSet::Both] {
             let sentence = complaint(|s| (s.bounces, s.lights) = (0, lights));

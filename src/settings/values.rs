@@ -162,10 +162,22 @@ pub enum Rays {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Build {
-    /// Every level gathers from the first.
+    /// Every level gathers from the one below.
+    Cascade,
+    /// Every level gathers from the first, as in the paper.
     Gather,
     /// Every light scatters into every level (slow, for comparison).
     Scatter,
+}
+
+/// How the lights are summed into the finest grid. The sums are the same to the bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scatter {
+    /// Each vertex sums the lights of its cells, listed by cell.
+    Sorted,
+    /// Each light adds itself to its vertices by atomic additions.
+    Atomic,
 }
 
 /// Where on a chosen light the shadow ray ends.

@@ -11,7 +11,7 @@ use gridlight::gpu::{Executor, Gpu};
 use gridlight::graph::BufferHandle;
 use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
-use gridlight::settings::{Build, Filter, Reservoir, ShadowPoints, View};
+use gridlight::settings::{Build, Filter, Reservoir, Scatter, ShadowPoints, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
 
 /// A compiled hierarchy for up to so many lights.
@@ -157,6 +157,7 @@ pub fn shape(options: Options) -> FrameShape {
         reservoir: Reservoir::Lock,
         rays: gridlight::settings::Rays::Bvh,
         build: options.build,
+        scatter: if options.build == Build::Scatter { Scatter::Atomic } else { Scatter::Sorted },
         filter: Filter::None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
         count_overdraw: false,

@@ -96,8 +96,12 @@ impl Planner<'_> {
     }
 
     fn build(&self) -> StagePlan {
-        let cause = "Coarse levels gather from the finest instead of from every VPL.";
-        let (reference, test) = (self.unshadowed(Build::Scatter), self.unshadowed(Build::Gather));
+        let cause = "Coarse levels gather from finer ones instead of from every VPL.";
+        let build = match self.settings.build {
+            Build::Scatter => Build::Cascade,
+            other => other,
+        };
+        let (reference, test) = (self.unshadowed(Build::Scatter), self.unshadowed(build));
         stage("build", cause, reference, test, Vec::new())
     }
 
@@ -185,6 +189,7 @@ impl Planner<'_> {
 
     fn unshadowed(&self, build: Build) -> Picture {
         let built = match build {
+            Build::Cascade => "cascaded",
             Build::Gather => "gathered",
             Build::Scatter => "scattered",
         };

@@ -161,9 +161,16 @@ pub fn light_fluxes(bytes: &[u8], known: &Known) -> Array {
     Array::records(flux_fields(), &[known.light_counts[0].into()], bytes)
 }
 
-/// Lights of S0 in another order.
+/// Lights of S0 by cell. Before they are sorted their order within a cell is left to chance, so that only which they are
+/// is told: in the order of their numbers.
 pub fn light_bucket_lights(bytes: &[u8], known: &Known) -> Array {
-    Array::plain(Scalar::U32, &[known.light_counts[0].into()], bytes)
+    let count = known.light_counts[0];
+    let mut lights = words(bytes);
+    lights.truncate(count as usize);
+    if known.pass.ends_with("list_lights") {
+        lights.sort_unstable();
+    }
+    Array::plain(Scalar::U32, &[count.into()], &bytes_of(&lights))
 }
 
 /// The three counts.

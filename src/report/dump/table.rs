@@ -182,23 +182,25 @@ pub const TABLE: &[Entry] = &[
         "The merged lights once more, three texels each: centre and blending radius, mean normal, flux.",
     ),
     buffer(
+        "light_bucket_cells",
+        "bits",
+        contents::all_words,
+        "One bit for each cell of S1, 1 where it holds a light of S0; rows of cells begin a word.",
+    ),
+    buffer("light_bucket_ranks", COUNT, contents::ranks, "For each word of these bits the number of cells before it."),
+    buffer(
         "light_bucket_counts",
         COUNT,
         contents::all_words,
-        "Lights of S0 nearest to each S1 light's vertex; 0 again once they are listed.",
+        "Lights of S0 in each cell of S1; 0 again once they are listed.",
     ),
     buffer(
         "light_bucket_starts",
         "index",
         contents::ranks,
-        "Where the lights nearest to each S1 light's vertex start in their list, and its end.",
+        "Where the lights of each cell start in their list, and its end.",
     ),
-    buffer(
-        "light_bucket_lights",
-        "index",
-        contents::light_bucket_lights,
-        "The lights of S0 by their nearest S1 vertex.",
-    ),
+    buffer("light_bucket_lights", "index", contents::light_bucket_lights, "The lights of S0 by cell of S1."),
     buffer(
         "light_volume_draws",
         COUNT,

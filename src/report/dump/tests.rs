@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use super::*;
 use crate::frame;
 use crate::light_grid::Levels;
-use crate::settings::{Build, Filter, LightingMode, Reservoir, ShadowPoints, Technique, View};
+use crate::settings::{Build, Filter, LightingMode, Reservoir, Scatter, ShadowPoints, Technique, View};
 
 fn shape() -> FrameShape {
     FrameShape {
@@ -31,7 +31,8 @@ fn shape() -> FrameShape {
         lighting: LightingMode::Gather,
         reservoir: Reservoir::Exact,
         rays: crate::settings::Rays::Bvh,
-        build: Build::Gather,
+        build: Build::Cascade,
+        scatter: Scatter::Sorted,
         filter: Filter::Atrous,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,
         count_overdraw: true,
@@ -49,6 +50,7 @@ fn every_resource_has_an_entry() {
             lighting: LightingMode::Volumes,
             reservoir: Reservoir::Lock,
             build: Build::Scatter,
+            scatter: Scatter::Atomic,
             first_level: 0,
             ..plain.clone()
         },

@@ -19,8 +19,9 @@ ROWS = [
     Row(VPLS, "VPL generation", r"vpl_trace(/.*)?|exclusive_scan/vpls/.*|compaction/compact_vpls"),
     Row(CONSTRUCTION, "Bounds", r"bounds(/.*)?"),
     # The paper has no such step. One row for all levels: with --build scatter they are marked and listed together.
-    Row(CONSTRUCTION, "Occupied vertices", r"compaction/(?!compact_vpls$).*|exclusive_scan/(?!vpls/).*"),
-    Row(CONSTRUCTION, "S1", r"grid_scatter/(clear|S1|resolve_S1)"),
+    Row(CONSTRUCTION, "Occupied vertices", r"compaction/(?!compact_vpls$).*|exclusive_scan/(?!(vpls|cells|light_buckets)/).*"),
+    Row(CONSTRUCTION, "S1",
+        r"grid_scatter/(clear|S1|resolve_S1)|light_buckets/.*|exclusive_scan/(cells|light_buckets)/.*"),
     *(Row(CONSTRUCTION, f"S{level}", rf"grid_gather/S{level}|grid_scatter/(resolve_)?S{level}")
       for level in range(2, TOP_LEVEL + 1)),
     Row(CONSTRUCTION, "Merge", r"merge(/.*)?"),

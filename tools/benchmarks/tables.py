@@ -8,6 +8,8 @@ from .protocol import Case
 SHADOWS = (0, 1, 4)
 INTERLEAVES = (1, 2, 4)
 ALPHAS = (1, 2)
+# How coarse levels are built: the paper's two ways, and ours by default.
+BUILDS = ("scatter", "gather", "cascade")
 # Construction's share of the frame that is aimed at, with MIDDLE lights.
 SHARE_TARGET = 0.10
 
@@ -33,7 +35,7 @@ class Plan:
         halves = () if options.quick else [3 * vpls for vpls in self.vpls[:-1]]
         self.plotted = sorted([*self.vpls, *halves])
 
-    def arguments(self, vpls, shadow_samples=4, rest="--interleave 1 --build gather", alpha=1):
+    def arguments(self, vpls, shadow_samples=4, rest="--interleave 1", alpha=1):
         return f"--size {self.size} --vpls {vpls} --alpha {alpha} --shadow-samples {shadow_samples} {rest}"
 
 
@@ -45,25 +47,25 @@ def half(size):
 def cases(plan, volumes):
     """The cases by what the tables call them. `volumes`: the option that draws lights as volumes, where that is not the
     only way."""
-    found = {("build", "scatter"): Case("scatter", plan.arguments(plan.middle, rest="--interleave 1 --build scatter"),
-                                        plan.repeats)}
+    found = {("build", build): Case(build, plan.arguments(plan.middle, rest=f"--interleave 1 --build {build}"), plan.repeats)
+             for build in BUILDS if build != "cascade"}
     for vpls in plan.vpls:
         repeats = plan.repeats if vpls < 1_000_000 else plan.repeats_of_most
         for k in SHADOWS:
             found["vpls", vpls, k] = Case(f"{count(vpls)}, k {k}", plan.arguments(vpls, k), repeats)
     for lighting in dict.fromkeys(["", volumes]):
         for n in INTERLEAVES:
-            rest = f"--interleave {n} --build gather{lighting}"
+            rest = f"--interleave {n}{lighting}"
             name = f"{n}x{n}{lighting.replace(' --lighting', ',')}"
             found["interleave", lighting, n] = Case(name, plan.arguments(plan.middle, rest=rest), plan.repeats)
     for alpha in ALPHAS:
         for vpls in plan.plotted:
-            arguments = plan.arguments(vpls, 0, f"--interleave 1 --build gather{volumes}", alpha)
+            arguments = plan.arguments(vpls, 0, f"--interleave 1{volumes}", alpha)
             found["overdraw", alpha, vpls] = Case(f"overdraw, {count(vpls)}, alpha {alpha}", arguments, 0)
     small = plan.arguments(plan.middle).replace(plan.size, half(plan.size), 1)
     found["small",] = Case("half the size", small, 0)
     # What stands in two tables is measured once.
-    found["build", "gather"] = found["interleave", "", 1] = found["vpls", plan.middle, 4]
+    found["build", "cascade"] = found["interleave", "", 1] = found["vpls", plan.middle, 4]
     return found
 
 
@@ -91,7 +93,7 @@ def run(options):
     lines += ["## Commands", "", f"Each with `--frames {options.frames} --warmup {options.warmup}`; those for the overdraw "
               "and the half size once, for their counts.", ""]
     lines += [f"    {m.command}" for m in measured.values()]
-    report.write(options, "tables", "The paper's tables", found["build", "gather"].timings,
+    report.write(options, "tables", "The paper's tables", found["build", "cascade"].timings,
                  {"size": plan.size, "cases": [m.as_json() for m in measured.values()],
                   "overdraw": points}, lines)
     return True
@@ -104,7 +106,7 @@ def phase(measurement, *phases):
 
 
 def construction(plan, found):
-    builds = [found["build", name] for name in ("scatter", "gather")]
+    builds = [found["build", name] for name in BUILDS]
     rows_of = [steps.members(m.passes(), steps.CONSTRUCTION) for m in builds]
     order = [row.title for row in steps.ROWS if any(row.title in rows for rows in rows_of)]
     cells = {title: [spread(m.sum_of(rows[title])) if title in rows else "" for m, rows in zip(builds, rows_of)]
@@ -113,12 +115,13 @@ def construction(plan, found):
     # Levels and the total, which only one of the two sides has, in their places.
     order += [title for title in published.CONSTRUCTION if title not in order]
     order.sort(key=lambda title: (title == "Total", title == "Merge"))
-    rows = [[title, *cells.get(title, ["", ""]), *map(number, published.CONSTRUCTION.get(title, (None, None)))]
+    rows = [[title, *cells.get(title, [""] * len(BUILDS)), *map(number, published.CONSTRUCTION.get(title, (None, None)))]
             for title in order]
     return [f"## Table 1: construction by step, {count(plan.middle)} VPLs", "",
-            *table(["step", "ours, scatter", "ours, gather", f"{published.DEVICE}, scatter",
+            *table(["step", *(f"ours, {build}" for build in BUILDS), f"{published.DEVICE}, scatter",
                     f"{published.DEVICE}, gather"], rows), "",
-            "Passes in each row, scatter and gather; the total is the sum of all of them:", "",
+            "`cascade`, the default, gathers each level from the one below; `gather`, as the paper, each from S1. Passes in "
+            "each row, by build; the total is the sum of all of them:", "",
             *(f"- {title}: " + "; ".join(dict.fromkeys(", ".join(f"`{p}`" for p in rows[title])
                                                        for rows in rows_of if title in rows))
               for title in order if title in cells and title != "Total"), "",
@@ -139,7 +142,7 @@ def vpl_counts(plan, found):
     for k in SHADOWS:
         rows.append(row(f"Render, {names[k]}", lambda v, k=k: phase(found["vpls", v, k], steps.RENDER), published.RENDER[k]))
     lights = ", ".join(f"{found['vpls', v, 4].timings['counts']['vpls']:,}" for v in plan.vpls)
-    generated = steps.members(found["build", "gather"].passes(), steps.VPLS)["VPL generation"]
+    generated = steps.members(found["build", "cascade"].passes(), steps.VPLS)["VPL generation"]
     return ["## Table 2: computation and render times by number of VPLs", "",
             *table(["", *(cell for v in plan.vpls for cell in (count(v), published.DEVICE))], rows), "",
             f"VPLs made: {lights}. VPL generation: {', '.join(f'`{p}`' for p in generated)}. Rendering is every pass that "
@@ -237,7 +240,7 @@ def overdraw(plan, found):
 def memory(plan, found):
     few, many = (found["vpls", v, 4].timings for v in plan.vpls[-2:])
     lights = many["counts"]["vpls"] - few["counts"]["vpls"]
-    small, large = found["small",], found["build", "gather"]
+    small, large = found["small",], found["build", "cascade"]
     pixels = [math.prod(map(int, m.timings["settings"]["size"].split("x"))) for m in (small, large)]
     per_pixel = (large.timings["memory"]["device_bytes"] - small.timings["memory"]["device_bytes"]) / (pixels[1] - pixels[0])
     per_vpl = (many["memory"]["device_bytes"] - few["memory"]["device_bytes"]) / lights

@@ -29,7 +29,7 @@ vpls, samples = int(options.get("--vpls", 1000)), int(options.get("--samples", 1
 if options.get("--technique") == "path-trace":
     passes = {"gbuffer": 10.0, "path_trace": 20.0 * samples}
 else:
-    build = options.get("--build", "gather")
+    build = options.get("--build", "cascade")
     kind = "interleaved" if options.get("--interleave", "1") != "1" else build
     # Each pass takes as long as the others, longer with more lights.
     passes = {name: 1.0 + vpls / 1000 * float(options.get("--alpha", 1)) for name in FIXTURE[kind]}

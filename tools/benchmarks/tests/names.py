@@ -1,4 +1,4 @@
-"""Names of the passes of three frames of gridlight, as its timings had them."""
+"""Names of the passes of five frames of gridlight, as its timings had them."""
 import json
 from pathlib import Path
 

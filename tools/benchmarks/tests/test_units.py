@@ -57,7 +57,7 @@ class Steps(unittest.TestCase):
         rows = steps.members(FIXTURE["scatter"], steps.CONSTRUCTION)
         self.assertEqual(rows["S3"], ["grid_scatter/S3", "grid_scatter/resolve_S3"])
         self.assertEqual(steps.members(FIXTURE["gather"], steps.CONSTRUCTION)["S3"], ["grid_gather/S3"])
-        for kind in ("gather", "interleaved"):
+        for kind in ("cascade", "gather", "interleaved"):
             lighting = steps.members(FIXTURE[kind], steps.RENDER)["Lighting"]
             self.assertTrue(all(name.startswith(("light_volumes", "light_gather")) for name in lighting) and lighting)
         # S1 is not S10.

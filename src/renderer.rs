@@ -1,10 +1,13 @@
 //! The renderer: a scene on a device, and frames of it. Headless and (later) windowed runs share it.
 
+mod capacity;
+
 use std::sync::Arc;
 
 use ash::vk;
 use glam::Vec2;
 
+use self::capacity::{check_hierarchy, check_reservoirs, check_slots, scatter_mode};
 use crate::camera::View;
 use crate::cpu::choose_levels::{LevelChoice, choose_levels};
 use crate::cpu::random::{hash, r2_sequence};
@@ -15,13 +18,11 @@ use crate::gpu::{
 };
 use crate::light_grid::Levels;
 use crate::passes::FrameShape;
-use crate::passes::light_volumes::reservoir_bytes;
-use crate::passes::merge;
 use crate::report::image_files::Picture;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
-use crate::settings::{self, Build, Exposure, LightSet, LightingMode, Rays, Reservoir, Scatter, Settings, Technique};
+use crate::settings::{self, Exposure, LightSet, LightingMode, Rays, Reservoir, Scatter, Settings, Technique};
 use crate::shared::FrameData;
 use crate::views;
 use crate::views::legend::{self, Canvas};
@@ -287,9 +288,6 @@ fn sampling_point(seed: u32, number: u32) -> Vec2 {
     Vec2::from_array(r2_sequence(number, seed)) - 0.5
 }
 
-/// One thread sums the lights of a cell: beyond so many, threads that add atomically are faster.
-const MOST_SORTED_IN_CELL: u32 = 16_384;
-
 /// More direct lights than this make the direct pass slow enough to say so.
 const MANY_DIRECT_LIGHTS: u32 = 64;
 
@@ -398,33 +396,6 @@ fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<F
     Ok(shape)
 }
 
-/// The reservoirs, the largest buffer of the picture's size, must fit the device.
-fn check_reservoirs(gpu: &Gpu, shape: &FrameShape) -> Result<()> {
-    let limit = gpu.report().limits.storage_range_bytes;
-    let [width, height] = shape.interleaved_px();
-    let pixels = u64::from(width) * u64::from(height);
-    // Without reservoirs a word for each pixel remains: counts and discontinuities.
-    let bytes = |samples: u32| match samples {
-        0 => 4 * pixels,
-        _ => reservoir_bytes(shape.reservoir, samples) * pixels,
-    };
-    if bytes(shape.shadow_samples) <= limit {
-        return Ok(());
-    }
-    let most = (0..shape.shadow_samples).rev().find(|samples| bytes(*samples) <= limit);
-    let advice = most.map_or_else(
-        || format!("{} pixels would fit", limit / 4),
-        |samples| format!("--shadow-samples {samples} would fit"),
-    );
-    Err(Error::Usage(format!(
-        "--size {width}x{height} with --shadow-samples {} needs a buffer of {} MiB, but this device's storage \
-         buffers end at {} MiB; {advice}",
-        shape.shadow_samples,
-        bytes(shape.shadow_samples).div_ceil(1 << 20),
-        limit >> 20
-    )))
-}
-
 /// Finds path count, VPL count, levels and capacities by tracing the paths once before the first frame.
 fn calibrate(
     gpu: &Arc<Gpu>,
@@ -441,7 +412,7 @@ fn calibrate(
         let paths = (f64::from(settings.vpls) / vpls_per_path).ceil();
         // Where few paths hit anything, as many paths as fit must do.
         if vpls_per_path >= FEW_VPLS_PER_PATH {
-            check_vpls(gpu, settings, f64::from(settings.bounces) / vpls_per_path)?;
+            check_slots(gpu, settings, f64::from(settings.bounces) / vpls_per_path)?;
         }
         let slots_that_fit = gpu.report().limits.storage_range_bytes as f64 / 16.0;
         let most_paths = (slots_that_fit / f64::from(settings.bounces)).min(f64::from(settings.vpls) * 64.0);
@@ -463,44 +434,9 @@ fn calibrate(
     shape.scatter = scatter_mode(settings, most_in_cell);
     shape.grid_capacity = (f64::from(s1_count + upper) * CAPACITY_MARGIN) as u32 + 1024;
     shape.upper_capacity = (f64::from(upper) * CAPACITY_MARGIN) as u32 + 1024;
-    check_light_rows(gpu, shape)?;
+    check_hierarchy(gpu, settings, shape)?;
     log::info!("{} lights, {} levels, {s1_count} lights in S1", positions.len(), top);
     Ok(())
-}
-
-/// The largest storage buffer of the light paths and the grids must fit the device.
-fn check_vpls(gpu: &Gpu, settings: &Settings, slots_per_vpl: f64) -> Result<()> {
-    let limit = gpu.report().limits.storage_range_bytes as f64;
-    // Slots take 16 bytes; S1 has less than half as many lights as S0, each with 112 bytes of moments.
-    let bytes_per_vpl = (16.0 * slots_per_vpl).max(0.5 * 112.0 * CAPACITY_MARGIN * 1.4);
-    let most = (limit / bytes_per_vpl) as u32;
-    if settings.vpls <= most {
-        return Ok(());
-    }
-    Err(Error::Usage(format!(
-        "--vpls {} does not fit this device, whose storage buffers end at {} MiB; {} would fit",
-        settings.vpls,
-        limit as u64 >> 20,
-        most / 1000 * 1000
-    )))
-}
-
-/// How lights are summed into S1 when `most_in_cell` of them share a cell.
-fn scatter_mode(settings: &Settings, most_in_cell: u32) -> Scatter {
-    let crowded = settings.build == Build::Scatter || most_in_cell > MOST_SORTED_IN_CELL;
-    settings.scatter.unwrap_or(if crowded { Scatter::Atomic } else { Scatter::Sorted })
-}
-
-/// The image that holds the merged lights must fit the device.
-fn check_light_rows(gpu: &Gpu, shape: &FrameShape) -> Result<()> {
-    let (rows, limit) = (merge::light_rows(shape), gpu.report().limits.image_edge_px);
-    if rows <= limit {
-        return Ok(());
-    }
-    Err(Error::Usage(format!(
-        "--vpls leads to an image of {rows} rows for the lights of the hierarchy, beyond this device's limit of {limit}; \
-         ask for fewer"
-    )))
 }
 
 /// Positions of the lights S0 for a shape.

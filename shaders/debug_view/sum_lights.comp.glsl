@@ -1,5 +1,5 @@
 // Sums over all lights of a pixel's sub-image: how many contribute, or how the levels share the unshadowed lighting.
-// The lights are those of light_volumes with the same response, but visited one by one: no cubes, no blending. A
+// The lights are those of light_volumes with the same response, but visited one by one: no volumes, no blending. A
 // workgroup covers a square of one sub-image; it first sorts out the lights that reach none of its surface points.
 // One thread per pixel; `first_row` lets a picture be done in several dispatches.
 #include "common/frame.glsl"

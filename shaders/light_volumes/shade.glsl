@@ -1,4 +1,4 @@
-// Lighting of one G-buffer pixel by one light of the hierarchy, shared by the cubes and the top level.
+// Lighting of one G-buffer pixel by one light of the hierarchy, shared by the volumes and the top level.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/color.glsl"

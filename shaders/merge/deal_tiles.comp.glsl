@@ -10,7 +10,7 @@ layout(set = 0, binding = 1, std430) readonly buffer LevelTable { uint level_tab
 layout(set = 0, binding = 2, std430) readonly buffer LightCounts { uint light_counts[]; };
 // tiles[TILE_STRIDE * t + l]: first merged light of level l for sub-image t; the entry after Lmax ends the list.
 layout(set = 0, binding = 3, std430) writeonly buffer Tiles { uint tiles[]; };
-// VkDrawIndirectCommand per sub-image: a cube of 36 vertices per light below the top level.
+// VkDrawIndirectCommand per sub-image: a volume for every light below the top level.
 layout(set = 0, binding = 4, std430) writeonly buffer Draws { uint draws[]; };
 // Workgroups of WORKGROUP_SIZE over all lights that are merged.
 layout(set = 0, binding = 5, std430) writeonly buffer MergeDispatch { uint merge_dispatch[]; };
@@ -32,7 +32,7 @@ void main() {
             next += dealt_count(lights_in(level), tile, tile_count);
         }
         tiles[TILE_STRIDE * tile + top_level() + 1u] = next;
-        draws[4u * tile] = 36u;
+        draws[4u * tile] = LIGHT_VOLUME_VERTICES;
         draws[4u * tile + 1u] = top_first - first;
         draws[4u * tile + 2u] = 0u;
         draws[4u * tile + 3u] = 0u;

@@ -12,7 +12,7 @@ use crate::gpu::{ComputeWork, Dispatch};
 use crate::graph::{Access, BufferHandle};
 
 /// Bytes of one table (`descent/tables.glsl`).
-const TABLE_BYTES: u64 = 4 * (2 * 27 + 2);
+pub const TABLE_BYTES: u64 = 4 * (2 * 27 + 2);
 
 /// Representatives of each S1 light (`descent/representatives.glsl`).
 const REPRESENTATIVES: u64 = 4;

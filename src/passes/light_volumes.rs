@@ -1,4 +1,4 @@
-//! `light_volumes`: lights as instanced cubes, the top level as a full-screen pass; additive lighting and the
+//! `light_volumes`: lights as instanced polyhedra, the top level as a full-screen pass; additive lighting and the
 //! pixels' shadow reservoirs (sections 3.2, 3.3).
 
 use ash::vk;
@@ -96,7 +96,7 @@ fn empty_word(mode: Reservoir) -> u32 {
     }
 }
 
-/// Per sub-image the cubes, then the full-screen triangle of the top level.
+/// Per sub-image the volumes, then the full-screen triangle of the top level.
 fn draws(frame: &Frame, merged: &MergedLights) -> Vec<RasterDraw> {
     let mode = match (frame.shape.shadow_samples, frame.shape.reservoir) {
         (0, _) => "none",
@@ -117,9 +117,9 @@ fn draws(frame: &Frame, merged: &MergedLights) -> Vec<RasterDraw> {
             call,
         };
         let [tile_viewport, plain] = tile_viewports(frame, tile);
-        // Back faces at or behind the surface: the surface lies inside the cube. Depth is reversed.
+        // Back faces at or behind the surface: the surface lies inside the volume. Depth is reversed.
         draws.push(draw(
-            "draw_cubes",
+            "draw_volumes",
             "shade_light_volume",
             Some(vk::CompareOp::LESS_OR_EQUAL),
             vk::CullModeFlags::FRONT,

@@ -130,7 +130,7 @@ pub enum LightSet {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightingMode {
-    /// Light volumes: cubes that are drawn and blended, as in the paper.
+    /// Light volumes: polyhedra that are drawn and blended, as in the paper.
     Volumes,
     /// Tiles of pixels gather the lights within reach, in compute.
     Gather,

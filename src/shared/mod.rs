@@ -52,6 +52,8 @@ shared_constants! {
     LOBE_SH1 = 2;
     /// `--lobe sh1-nonlinear`.
     LOBE_SH1_NONLINEAR = 3;
+    /// Vertices of a light volume: an icosahedron.
+    LIGHT_VOLUME_VERTICES = 60;
     /// Merged lights in a row of the image that holds them once more.
     LIGHTS_PER_ROW = 1024;
     /// Texels of a light in that image.

@@ -205,7 +205,7 @@ pub const TABLE: &[Entry] = &[
         "light_volume_draws",
         COUNT,
         contents::draws,
-        "One indirect draw for each sub-image: a cube of 36 vertices for every light below the top level.",
+        "One indirect draw for each sub-image: an icosahedron of 60 vertices for every light below the top level.",
     ),
     interleaved(image("interleaved_depth", "near / view z", DEPTH, "The depth buffer dealt to the sub-images.")),
     interleaved(buffer(

@@ -1,6 +1,7 @@
-// Thread number in a one-dimensional problem spread over a two-dimensional dispatch (see Dispatch::threads).
-uint linear_thread() {
-    return gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x + gl_GlobalInvocationID.x;
-}
+// Thread and workgroup number in a one-dimensional problem spread over rows of DISPATCH_WIDTH workgroups (see
+// Dispatch::threads).
+uint linear_group() { return gl_WorkGroupID.y * DISPATCH_WIDTH + gl_WorkGroupID.x; }
 
-uint linear_group() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
+// A macro, because the size of a workgroup is only known after its layout has been declared: a function that is included
+// before would take 1.
+#define linear_thread() (gl_GlobalInvocationID.y * (DISPATCH_WIDTH * gl_WorkGroupSize.x) + gl_GlobalInvocationID.x)

@@ -11,10 +11,9 @@ layout(set = 0, binding = 2, std430) buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Dispatches { uint dispatches[]; };
 layout(push_constant) uniform Push { uint first_counted; uint last_counted; uint capacity; };
 
-const uint MAX_GROUPS_X = 32768u;
 
 void write_dispatch(uint slot, uint groups) {
-    uint x = clamp(groups, 1u, MAX_GROUPS_X);
+    uint x = clamp(groups, 1u, DISPATCH_WIDTH);
     dispatches[3u * slot] = x;
     dispatches[3u * slot + 1u] = groups == 0u ? 0u : (groups + x - 1u) / x;
     dispatches[3u * slot + 2u] = 1u;

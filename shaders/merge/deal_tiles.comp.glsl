@@ -39,7 +39,7 @@ void main() {
     }
     uint total = level_first(top_level()) + level_count(top_level()) + (first_level() == 0u ? light_counts[0] : 0u);
     uint groups = (total + WORKGROUP_SIZE - 1u) / WORKGROUP_SIZE;
-    uint x = clamp(groups, 1u, 32768u);
+    uint x = clamp(groups, 1u, DISPATCH_WIDTH);
     merge_dispatch[0] = x;
     merge_dispatch[1] = (groups + x - 1u) / x;
     merge_dispatch[2] = 1u;

@@ -3,6 +3,7 @@
 use ash::vk;
 
 use crate::graph::{BufferHandle, ImageHandle};
+use crate::shared::DISPATCH_WIDTH;
 
 /// The work of one pass.
 #[derive(Clone, Debug)]
@@ -74,7 +75,7 @@ impl Dispatch {
     /// (`common/dispatch.glsl` numbers them).
     #[must_use]
     pub fn groups(count: u32) -> Self {
-        let x = count.clamp(1, 32_768);
+        let x = count.clamp(1, DISPATCH_WIDTH);
         Self::Groups([x, count.div_ceil(x).max(1), 1])
     }
 

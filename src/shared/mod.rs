@@ -52,6 +52,8 @@ shared_constants! {
     LOBE_SH1 = 2;
     /// `--lobe sh1-nonlinear`.
     LOBE_SH1_NONLINEAR = 3;
+    /// Workgroups in a row of a dispatch that has several; one with fewer has one row.
+    DISPATCH_WIDTH = 32_768;
     /// Vertices of a light volume: an icosahedron.
     LIGHT_VOLUME_VERTICES = 60;
     /// Merged lights in a row of the image that holds them once more.

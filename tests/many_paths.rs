@@ -1,0 +1,29 @@
+//! More threads than one row of workgroups holds.
+
+mod common;
+
+use common::rooms::lamp_room;
+use glam::Vec3;
+use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::settings::{Levels, Settings, Size};
+use gridlight::shared::DISPATCH_WIDTH;
+
+/// In a closed room every path leaves a light at its only hit, so that a path that is not traced is missed.
+#[test]
+fn every_path_beyond_a_row_of_workgroups_is_traced() {
+    let test = common::gpu();
+    let paths = DISPATCH_WIDTH * 64 + 1000;
+    let scene = lamp_room(Vec3::splat(0.5));
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let size = Size { width: 8, height: 8 };
+    let levels = Levels::Fixed(2);
+    let settings = Settings { size, vpls: paths, bounces: 1, levels, shadow_samples: 0, ..Settings::default() };
+    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &settings).unwrap();
+    let ticket = renderer.submit().unwrap();
+    renderer.wait(ticket).unwrap();
+    let lights = renderer.outputs().hierarchy.unwrap().lights;
+    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(lights.counts).unwrap());
+    assert!(renderer.shape().path_count > DISPATCH_WIDTH * 64, "too few paths for this test");
+    assert_eq!(counts[1], renderer.shape().path_count);
+    assert_eq!(counts[2], 0, "lights that did not fit");
+}

@@ -12,7 +12,8 @@ use gridlight::shared::DISPATCH_WIDTH;
 #[test]
 fn every_path_beyond_a_row_of_workgroups_is_traced() {
     let test = common::gpu();
-    let paths = DISPATCH_WIDTH * 64 + 1000;
+    // A row too many, numbered as if workgroups had one thread, would cover another DISPATCH_WIDTH paths.
+    let paths = DISPATCH_WIDTH * 66;
     let scene = lamp_room(Vec3::splat(0.5));
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     let size = Size { width: 8, height: 8 };

@@ -159,7 +159,8 @@ impl Renderer {
         shape: FrameShape,
     ) -> Result<Self> {
         let (graph, outputs) = frame::build(settings.technique, shape.clone());
-        let executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
+        let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
+        executor.set_max_submit_ms(f64::from(settings.max_submit_ms));
         let data = frame_data(gpu, scene, camera, settings, &shape);
         Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape })
     }

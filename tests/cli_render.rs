@@ -153,6 +153,22 @@ fn the_seed_decides_the_bytes() {
 }
 
 #[test]
+fn submissions_change_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    // The first frame has a submission for each pass, later ones as many as their times call for.
+    for (picture, options) in [
+        ("whole.exr", "--warmup 2 --max-submit-ms 1000000"),
+        ("split.exr", "--warmup 2 --max-submit-ms 1"),
+        ("passes.exr", ""),
+    ] {
+        render(folder.path(), picture, options);
+    }
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("whole.exr") == bytes("split.exr"), "split after the second frame");
+    assert!(bytes("whole.exr") == bytes("passes.exr"), "a submission for each pass");
+}
+
+#[test]
 fn a_settings_file_stands_for_the_options() {
     let folder = tempfile::tempdir().unwrap();
     let options = "--camera arcade --bounces 2 --alpha 1.5 --levels 4 --shadow-samples 0 --interleave 2 --seed 7";
@@ -178,6 +194,7 @@ fn every_mode_is_silent_under_validation() {
         "--reservoir lock --interleave 4",
         "--lighting volumes --reservoir exact --interleave 2",
         "--lighting gather --interleave 2",
+        "--max-submit-ms 0.5 --warmup 1 --frames 2",
         "--build scatter --filter none",
         "--first-level 0 --shadow-from 0 --levels 2",
         "--shadow-samples 0 --interleave 4",

@@ -116,7 +116,8 @@ pub(super) struct MethodArgs {
     /// Singularity clamp, a fraction of the scene radius, 0 or above; 0 is the reference [default: 0.01]
     #[arg(long, value_name = "FRACTION", allow_negative_numbers = true)]
     pub clamp: Option<f32>,
-    /// About the longest time of one submission of a reference technique, above 0 [default: 200]
+    /// About the longest time of one submission to the device, above 0: frames are split between passes, reference
+    /// techniques between parts of the picture [default: 200]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub max_submit_ms: Option<f32>,
     /// Seed of every random number, 0 to 4294967295 [default: 1]

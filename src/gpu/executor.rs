@@ -59,6 +59,8 @@ pub(super) struct Slot {
     pub(super) busy_until: u64,
     /// Wall clock of each pass of the last frame, when passes are submitted one by one.
     split_ms: Vec<f64>,
+    /// Command buffers of the submissions before the last.
+    pub(super) more_commands: Vec<vk::CommandBuffer>,
 }
 
 /// A compiled frame graph.
@@ -69,8 +71,12 @@ pub struct Executor {
     pub(super) passes: Vec<CompiledPass>,
     pub(super) scene: Option<Arc<SceneSet>>,
     pub(super) slots: Vec<Slot>,
-    command_pool: vk::CommandPool,
+    pub(super) command_pool: vk::CommandPool,
     timeline: vk::Semaphore,
+    /// About the longest submission of a frame; `None` is a frame in one.
+    pub(super) max_submit_ms: Option<f64>,
+    /// Times of the passes of the last frame that was waited for.
+    pub(super) last_ms: Vec<f64>,
     pub(super) submitted: u64,
     pub(super) split_submits: bool,
     pub(super) gpu: Arc<Gpu>,
@@ -98,6 +104,8 @@ impl Executor {
             slots: Vec::new(),
             command_pool,
             timeline: vk::Semaphore::null(),
+            max_submit_ms: None,
+            last_ms: Vec::new(),
             submitted: 0,
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
@@ -174,6 +182,7 @@ impl Executor {
         let cpu_ms = ticket.submitted.elapsed().as_secs_f64() * 1e3;
         let slot = &self.slots[(ticket.value - 1) as usize % self.slots.len()];
         let pass_ms = if self.split_submits { slot.split_ms.clone() } else { slot.timers.read_ms()? };
+        self.last_ms.clone_from(&pass_ms);
         Ok(FrameTimes { pass_ms, cpu_ms })
     }
 
@@ -229,18 +238,14 @@ impl Executor {
         self.slots[slot].markers.explain(result, &names, value as u32)
     }
 
-    /// Records the frame into the slot's command buffer; nothing but its end when the passes have run one by one.
-    fn record(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<()> {
+    /// Records the frame; what is left to submit is in the slot's command buffer, nothing when the passes have run one by
+    /// one.
+    fn record(&mut self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<()> {
+        if !self.split_submits {
+            return self.record_batches(slot, stamp, frame_data);
+        }
         let slot = &self.slots[slot];
         self.begin_commands(slot.commands)?;
-        if !self.split_submits {
-            slot.timers.begin(slot.commands);
-            for index in 0..self.passes.len() {
-                slot.markers.reach(slot.commands, index, stamp);
-                recorder::record_pass(self, slot.commands, index, frame_data);
-                slot.timers.after_pass(slot.commands, index);
-            }
-        }
         // SAFETY: recording is complete.
         check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
     }
@@ -290,7 +295,7 @@ impl Executor {
         for commands in commands {
             let timers = Timers::new(&self.gpu, pass_count)?;
             let markers = Markers::new(&self.gpu, pass_count)?;
-            self.slots.push(Slot { commands, timers, markers, busy_until: 0, split_ms: Vec::new() });
+            self.slots.push(Slot { commands, timers, markers, busy_until: 0, split_ms: Vec::new(), more_commands: Vec::new() });
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Explicit Vulkan: the only module with `unsafe` code. Everything above it is plain data and safe calls.
 
 mod acceleration;
+mod batches;
 mod buffer;
 mod descriptors;
 mod device;

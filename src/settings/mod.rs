@@ -82,7 +82,7 @@ pub struct Settings {
     pub filter: Filter,
     /// Singularity clamp, a fraction of the scene radius; 0 is the unclamped reference.
     pub clamp: f32,
-    /// About the longest time that one submission of a reference technique takes.
+    /// About the longest time that one submission takes; passes, and parts of reference techniques, stay whole.
     pub max_submit_ms: f32,
     /// Seed of every random number.
     pub seed: u32,

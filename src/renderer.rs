@@ -1,4 +1,6 @@
-//! The renderer: a scene on a device, and frames of it. Headless and (later) windowed runs share it.
+//! The renderer: a scene on a device, and frames of it. Headless and windowed runs share it.
+
+mod live;
 
 use std::sync::Arc;
 
@@ -14,13 +16,14 @@ use crate::gpu::{
     Executor, FrameTicket, FrameTimes, Gpu, OnStep, SceneBytes, SceneData, SceneSet, SteppedFrame, Written,
 };
 use crate::light_grid::Levels;
-use crate::passes::FrameShape;
 use crate::passes::light_volumes::reservoir_bytes;
+use crate::passes::present::WindowFormat;
+use crate::passes::{FrameShape, present};
 use crate::report::image_files::Picture;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
 use crate::settings::{self, Exposure, LightSet, Reservoir, Settings, Technique};
-use crate::shared::FrameData;
+use crate::shared::{FrameData, PunctualLight};
 use crate::views;
 use crate::views::legend::{self, Canvas};
 
@@ -39,6 +42,24 @@ pub struct UploadedScene {
     bounds: Aabb,
     first_point_light: u32,
     light_count: u32,
+    /// Directional and spot lights, as uploaded.
+    other_lights: Vec<PunctualLight>,
+}
+
+/// What of a scene is computed before it is uploaded; needs no device.
+pub struct ReadyScene {
+    bvh: bvh::SceneBvh,
+    prepared: PreparedScene,
+}
+
+impl ReadyScene {
+    /// Builds the BVH and everything else that the upload needs, for a device whose image arrays end at `array_layers`.
+    #[must_use]
+    pub fn new(scene: &Scene, array_layers: u32) -> Self {
+        let bvh = bvh::build(scene);
+        log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
+        Self { bvh, prepared: upload::prepare(scene, array_layers) }
+    }
 }
 
 impl UploadedScene {
@@ -47,25 +68,33 @@ impl UploadedScene {
     /// # Errors
     /// When a part of the scene does not fit the device.
     pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
-        let bvh = bvh::build(scene);
-        log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
-        let prepared = upload::prepare(scene, gpu.report().limits.array_layers);
+        Self::upload(gpu, scene, &ReadyScene::new(scene, gpu.report().limits.array_layers))
+    }
+
+    /// Uploads a scene that was made ready before, such as on another thread.
+    ///
+    /// # Errors
+    /// When a part of the scene does not fit the device.
+    pub fn upload(gpu: &Arc<Gpu>, scene: &Scene, ready: &ReadyScene) -> Result<Self> {
+        let ReadyScene { bvh, prepared } = ready;
         let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
         let data = SceneData {
             nodes: bytemuck::cast_slice(&bvh.nodes),
             triangles: bytemuck::cast_slice(&bvh.triangles),
             vertices: bytemuck::cast_slice(&scene.vertices),
             indices: bytemuck::cast_slice(&scene.indices),
-            materials: bytemuck::cast_slice(&materials),
-            lights: bytemuck::cast_slice(&lights),
+            materials: bytemuck::cast_slice(materials),
+            lights: bytemuck::cast_slice(lights),
             albedo_size_px: albedo.size_px,
             albedo_layers: &albedo.layers,
-            textures: &textures,
-            material_textures: &material_textures,
+            textures,
+            material_textures,
             draws: &scene.draws,
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
-        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count: lights.len() as u32 })
+        let other_lights = lights[..*first_point_light as usize].to_vec();
+        let (first_point_light, light_count) = (*first_point_light, lights.len() as u32);
+        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count, other_lights })
     }
 
     /// Triangles, materials and lights as shaders read them; waits.
@@ -113,6 +142,7 @@ pub struct Renderer {
     seed: u32,
     data: FrameData,
     shape: FrameShape,
+    technique: Technique,
 }
 
 impl Renderer {
@@ -121,13 +151,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] when the settings do not fit the device; device errors.
     pub fn new(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<Self> {
-        settings.validate_view()?;
-        check_lights(scene, settings)?;
-        let mut shape = base_shape(gpu, scene, settings)?;
-        let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
-        if many_lights && frame::needs_lights(settings.view) {
-            calibrate(gpu, scene, camera, settings, &mut shape)?;
-        }
+        let shape = measured_shape(gpu, scene, camera, settings)?;
         Self::with_shape(gpu, scene, camera, settings, shape)
     }
 
@@ -142,10 +166,25 @@ impl Renderer {
         settings: &Settings,
         shape: FrameShape,
     ) -> Result<Self> {
-        let (graph, outputs) = frame::build(settings.technique, shape.clone());
+        Self::compile(gpu, scene, camera, settings, shape, None)
+    }
+
+    fn compile(
+        gpu: &Arc<Gpu>,
+        scene: &UploadedScene,
+        camera: &Camera,
+        settings: &Settings,
+        shape: FrameShape,
+        window: Option<WindowFormat>,
+    ) -> Result<Self> {
+        let technique = settings.technique;
+        let (mut graph, outputs) = frame::build(technique, shape.clone());
+        if let Some(window) = window {
+            present::add(&mut graph, outputs.tone_mapped.picture, window);
+        }
         let executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
         let data = frame_data(gpu, scene, camera, settings, &shape);
-        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape })
+        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape, technique })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
@@ -270,6 +309,23 @@ impl Renderer {
 /// Where frame `number` of a mean samples its pixels: offset from the centre, within half a pixel.
 fn sampling_point(seed: u32, number: u32) -> Vec2 {
     Vec2::from_array(r2_sequence(number, seed)) - 0.5
+}
+
+/// Checks the settings and finds the frame's shape.
+fn measured_shape(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<FrameShape> {
+    settings.validate_view()?;
+    check_lights(scene, settings)?;
+    let mut shape = base_shape(gpu, scene, settings)?;
+    if is_measured(settings) {
+        calibrate(gpu, scene, camera, settings, &mut shape)?;
+    }
+    Ok(shape)
+}
+
+/// Whether light paths decide the shape.
+fn is_measured(settings: &Settings) -> bool {
+    let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
+    many_lights && frame::needs_lights(settings.view)
 }
 
 /// More direct lights than this make the direct pass slow enough to say so.

@@ -1,6 +1,7 @@
 //! Rendering without a window.
 
 use std::cell::RefCell;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::frames::{Frames, run_frames};
@@ -118,9 +119,14 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
             bar.set(done);
         }
     };
-    match &settings.scene {
-        Some(path) => gltf::load(path, &report),
-        None => gltf::load_bytes("courtyard", COURTYARD, &report),
+    read_scene(settings.scene.as_deref(), &report)
+}
+
+/// The scene of a file, or the built-in one.
+pub(super) fn read_scene(path: Option<&Path>, report: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    match path {
+        Some(path) => gltf::load(path, report),
+        None => gltf::load_bytes("courtyard", COURTYARD, report),
     }
 }
 

@@ -14,14 +14,12 @@ use super::pipeline::{self, Pipeline};
 use super::recorder;
 use super::resources::{MemoryUse, Physical, Resources, aspect};
 use super::scene_set::SceneSet;
+use super::target::{FRAMES_IN_FLIGHT, Overlay, Target};
 use super::timers::Timers;
 use super::transfer;
 use super::work::{RasterWork, Work};
 use crate::error::{Error, Result};
 use crate::graph::{Access, BufferHandle, Graph, Handle, ImageHandle, Pass, Plan, ResourceInfo, Use, plan};
-
-/// Frames that may be on the GPU at once.
-const FRAMES_IN_FLIGHT: usize = 2;
 
 /// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
 /// `tools/bench honesty` compares the timestamps with.
@@ -71,6 +69,8 @@ pub struct Executor {
     pub(super) slots: Vec<Slot>,
     command_pool: vk::CommandPool,
     timeline: vk::Semaphore,
+    /// New contents of the scene's lights, for the next frame.
+    pub(super) light_update: Option<Vec<u8>>,
     pub(super) submitted: u64,
     pub(super) split_submits: bool,
     pub(super) gpu: Arc<Gpu>,
@@ -98,6 +98,7 @@ impl Executor {
             slots: Vec::new(),
             command_pool,
             timeline: vk::Semaphore::null(),
+            light_update: None,
             submitted: 0,
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
@@ -147,14 +148,57 @@ impl Executor {
         Ok(FrameTicket { value, submitted })
     }
 
+    /// Records and submits one frame into an acquired image, with `overlay` drawn where the graph has it. Blocks only
+    /// when both frames in flight are still busy.
+    ///
+    /// # Errors
+    /// When the device is lost, and those of `overlay`.
+    pub fn submit_to(&mut self, frame_data: &[u8], target: &Target, overlay: &mut Overlay) -> Result<FrameTicket> {
+        let slot = self.submitted as usize % self.slots.len();
+        let value = self.submitted + 1;
+        self.wait_value(self.slots[slot].busy_until)?;
+        let submitted = Instant::now();
+        self.resources.acquired(&self.graph, Some(target));
+        let recorded = self.record_to(slot, value as u32, frame_data, Some((target, overlay)));
+        self.resources.acquired(&self.graph, None);
+        recorded?;
+        self.light_update = None;
+        self.queue_with(slot, value, &[target.wait_info()], &[target.signal_info()])?;
+        Ok(FrameTicket { value, submitted })
+    }
+
+    /// Whether a frame has completed.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn is_done(&self, ticket: &FrameTicket) -> Result<bool> {
+        // SAFETY: the semaphore is a timeline of this device.
+        let value = unsafe { self.gpu.device.get_semaphore_counter_value(self.timeline) };
+        Ok(check("the frame's timeline", value)? >= ticket.value)
+    }
+
     /// Submits the slot's command buffer; its completion brings the timeline to `value`.
     pub(super) fn queue(&mut self, slot: usize, value: u64) -> Result<()> {
+        self.queue_with(slot, value, &[], &[])
+    }
+
+    fn queue_with(
+        &mut self,
+        slot: usize,
+        value: u64,
+        waits: &[vk::SemaphoreSubmitInfo<'_>],
+        signals: &[vk::SemaphoreSubmitInfo<'_>],
+    ) -> Result<()> {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.slots[slot].commands)];
-        let signal = [vk::SemaphoreSubmitInfo::default()
+        let completed = vk::SemaphoreSubmitInfo::default()
             .semaphore(self.timeline)
             .value(value)
-            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-        let info = [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signal)];
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS);
+        let signals = [&[completed], signals].concat();
+        let info = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(waits)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signals)];
         // SAFETY: the command buffer is recorded and its slot idle; the queue is used from this thread only.
         let result = unsafe { self.gpu.device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()) };
         self.explain(slot, value, check("vkQueueSubmit2", result))?;
@@ -231,15 +275,35 @@ impl Executor {
 
     /// Records the frame into the slot's command buffer; nothing but its end when the passes have run one by one.
     fn record(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<()> {
+        if !self.split_submits {
+            return self.record_to(slot, stamp, frame_data, None);
+        }
         let slot = &self.slots[slot];
         self.begin_commands(slot.commands)?;
-        if !self.split_submits {
-            slot.timers.begin(slot.commands);
-            for index in 0..self.passes.len() {
-                slot.markers.reach(slot.commands, index, stamp);
-                recorder::record_pass(self, slot.commands, index, frame_data);
-                slot.timers.after_pass(slot.commands, index);
+        // SAFETY: recording is complete.
+        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
+    }
+
+    fn record_to(
+        &self,
+        slot: usize,
+        stamp: u32,
+        frame_data: &[u8],
+        mut shown: Option<(&Target, &mut Overlay)>,
+    ) -> Result<()> {
+        let slot = &self.slots[slot];
+        self.begin_commands(slot.commands)?;
+        self.record_scene_update(slot.commands);
+        slot.timers.begin(slot.commands);
+        for index in 0..self.passes.len() {
+            slot.markers.reach(slot.commands, index, stamp);
+            match (&self.graph.passes()[index].payload, &mut shown) {
+                (Work::Overlay, Some((target, overlay))) => {
+                    recorder::record_overlay(self, slot.commands, index, target, overlay)?;
+                }
+                _ => recorder::record_pass(self, slot.commands, index, frame_data),
             }
+            slot.timers.after_pass(slot.commands, index);
         }
         // SAFETY: recording is complete.
         check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
@@ -320,7 +384,7 @@ impl Executor {
                 vec![pipeline::compute(&self.gpu, &work.shader, &work.constants, words, &layouts)?]
             }
             Work::Raster(work) => self.raster_pipelines(work, &sets)?,
-            Work::Transfer(_) => Vec::new(),
+            Work::Transfer(_) | Work::Overlay => Vec::new(),
         };
         Ok(CompiledPass { pipelines, sets })
     }

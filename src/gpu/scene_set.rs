@@ -86,6 +86,11 @@ impl Sampler {
 }
 
 impl SceneSet {
+    /// The buffer of `PunctualLight`s.
+    pub(super) fn lights(&self) -> &Buffer {
+        &self.buffers[3]
+    }
+
     /// Uploads a scene.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::check;
 use super::features::{self, DeviceReport, OptionalFeatures};
 use super::instance::{Instance, Messages};
+use super::pipeline::PipelineCache;
 use crate::error::{Error, Result};
 
 /// Which device to open, and how.
@@ -46,6 +47,7 @@ pub struct Gpu {
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
+    pub(super) pipelines: PipelineCache,
     /// Shared with the painter of the window's panel.
     pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     report: DeviceReport,
@@ -90,7 +92,17 @@ impl Gpu {
         .map_err(|e| Error::Memory { name: "the allocator".to_owned(), reason: e.to_string() })?;
         log::info!("device: {} ({})", report.name, report.driver);
         let allocator = ManuallyDrop::new(Arc::new(Mutex::new(allocator)));
-        Ok(Arc::new(Self { device, queue, queue_family, debug, allocator, report, physical, instance }))
+        Ok(Arc::new(Self {
+            device,
+            queue,
+            queue_family,
+            debug,
+            pipelines: PipelineCache::default(),
+            allocator,
+            report,
+            physical,
+            instance,
+        }))
     }
 
     /// What the device is and offers.

@@ -27,7 +27,7 @@ const SPLIT_SUBMITS: &str = "GRIDLIGHT_SPLIT_SUBMITS";
 
 /// A pass ready to record.
 pub(super) struct CompiledPass {
-    pub pipelines: Vec<Pipeline>,
+    pub pipelines: Vec<Arc<Pipeline>>,
     pub sets: Sets,
 }
 
@@ -389,7 +389,7 @@ impl Executor {
         Ok(CompiledPass { pipelines, sets })
     }
 
-    fn raster_pipelines(&self, work: &RasterWork, sets: &Sets) -> Result<Vec<Pipeline>> {
+    fn raster_pipelines(&self, work: &RasterWork, sets: &Sets) -> Result<Vec<Arc<Pipeline>>> {
         let formats: Vec<_> = work.colors.iter().map(|c| self.resources.image(c.image).2.format).collect();
         let depth = work.depth.map_or(vk::Format::UNDEFINED, |d| self.resources.image(d.image).2.format);
         let layouts = self.set_layouts(sets, work.uses_scene, true)?;
@@ -397,13 +397,13 @@ impl Executor {
         draws.map(|draw| pipeline::graphics(&self.gpu, draw, &formats, depth, &layouts)).collect()
     }
 
-    fn set_layouts(&self, sets: &Sets, uses_scene: bool, raster: bool) -> Result<Vec<vk::DescriptorSetLayout>> {
-        let mut layouts = vec![sets.layout];
+    fn set_layouts<'a>(&'a self, sets: &'a Sets, uses_scene: bool, raster: bool) -> Result<Vec<&'a Sets>> {
+        let mut layouts = vec![sets];
         if uses_scene {
             let scene = self.scene.as_ref().ok_or_else(|| Error::Failure("a pass needs a scene".to_owned()))?;
-            layouts.push(scene.scene.layout);
+            layouts.push(&scene.scene);
             if raster {
-                layouts.push(scene.materials.layout);
+                layouts.push(&scene.materials);
             }
         }
         Ok(layouts)

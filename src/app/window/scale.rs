@@ -12,6 +12,8 @@ const FAST: f64 = 0.4;
 /// Frames in a row that must be slow or fast.
 const SLOW_FRAMES: u32 = 3;
 const FAST_FRAMES: u32 = 10;
+/// Frames after a change that are not looked at: at least those under way.
+const WARM_UP: u32 = 3;
 /// A smaller picture that takes more than this of the time before does not help.
 const NO_HELP: f64 = 0.85;
 /// Pixels of the first picture.
@@ -22,6 +24,8 @@ pub struct ScaleControl {
     rung: usize,
     slow: u32,
     fast: u32,
+    /// Frames that do not count: drivers compile shaders at their first use.
+    warming: u32,
     /// Time before the last step down.
     before_ms: Option<f64>,
     /// Rungs below this do not help.
@@ -35,12 +39,12 @@ impl ScaleControl {
     pub fn new(window_px: [u32; 2]) -> Self {
         let wanted = (FIRST_PIXELS / (window_px[0] as f32 * window_px[1] as f32).max(1.0)).sqrt();
         let rung = LADDER.iter().position(|scale| *scale <= wanted).unwrap_or(LADDER.len() - 1);
-        Self { rung, slow: 0, fast: 0, before_ms: None, lowest: LADDER.len() - 1, highest: 0 }
+        Self { rung, slow: 0, fast: 0, warming: WARM_UP, before_ms: None, lowest: LADDER.len() - 1, highest: 0 }
     }
 
     /// Other settings, another scene: what was learnt counts no longer.
     pub fn forget(&mut self) {
-        (self.slow, self.fast, self.before_ms) = (0, 0, None);
+        (self.slow, self.fast, self.warming, self.before_ms) = (0, 0, WARM_UP, None);
         (self.lowest, self.highest) = (LADDER.len() - 1, 0);
     }
 
@@ -51,6 +55,10 @@ impl ScaleControl {
 
     /// Takes note of a frame; true when the scale has changed.
     pub fn observe(&mut self, frame_ms: f64) -> bool {
+        if self.warming > 0 {
+            self.warming -= 1;
+            return false;
+        }
         self.slow = if frame_ms > SLOW * AIM_MS { self.slow + 1 } else { 0 };
         self.fast = if frame_ms < FAST * AIM_MS { self.fast + 1 } else { 0 };
         if let Some(before) = self.before_ms.filter(|_| self.slow >= SLOW_FRAMES) {
@@ -73,7 +81,7 @@ impl ScaleControl {
     }
 
     fn step(&mut self, rung: usize) -> bool {
-        (self.slow, self.fast) = (0, 0);
+        (self.slow, self.fast, self.warming) = (0, 0, WARM_UP);
         std::mem::replace(&mut self.rung, rung) != rung
     }
 }
@@ -101,13 +109,13 @@ mod tests {
     fn slow_frames_make_the_picture_smaller_and_fast_ones_larger() {
         let mut control = ScaleControl::new([1280, 720]);
         assert_eq!(control.scale(), 0.25);
-        assert!(!control.observe(900.0) && !control.observe(900.0) && control.observe(900.0));
+        assert!(!(0..WARM_UP + 2).any(|_| control.observe(900.0)) && control.observe(900.0));
         assert_eq!(control.scale(), 0.1875);
-        for _ in 0..9 {
+        for _ in 0..99 {
             assert!(!control.observe(90.0));
         }
         let mut control = ScaleControl::new([1280, 720]);
-        assert!((0..FAST_FRAMES).any(|_| control.observe(10.0)));
+        assert!((0..WARM_UP + FAST_FRAMES).any(|_| control.observe(10.0)));
         assert_eq!(control.scale(), 0.375);
     }
 

@@ -112,7 +112,8 @@ pub(super) fn compute(
     push_words: usize,
     sets: &[&Sets],
 ) -> Result<Arc<Pipeline>> {
-    let description = format!("{shader} {constants:?} {push_words} {}", describe(sets));
+    let source = spirv::replaced_hash(shader);
+    let description = format!("{shader} {source:?} {constants:?} {push_words} {}", describe(sets));
     gpu.pipelines.find(description, || create_compute(gpu, shader, constants, push_words, &raw_layouts(sets)))
 }
 
@@ -152,8 +153,9 @@ pub(super) fn graphics(
 ) -> Result<Arc<Pipeline>> {
     let RasterDraw { vertex, fragment, constants, push, state, .. } = draw;
     let words = push.len();
+    let sources = [vertex, fragment].map(|name| (name, spirv::replaced_hash(name)));
     let formats = format!("{color_formats:?} {depth_format:?}");
-    let description = format!("{vertex} {fragment} {constants:?} {words} {state:?} {formats} {}", describe(sets));
+    let description = format!("{sources:?} {constants:?} {words} {state:?} {formats} {}", describe(sets));
     gpu.pipelines.find(description, || compile_graphics(gpu, draw, color_formats, depth_format, &raw_layouts(sets)))
 }
 

@@ -39,7 +39,7 @@ impl Renderer {
             Some((before, _)) if is_measured(settings) => {
                 settings.validate_view()?;
                 check_lights(scene, settings)?;
-                with_measures(base_shape(gpu, scene, settings)?, &before.shape)
+                with_measures(&base_shape(gpu, scene, settings)?, &before.shape)
             }
             _ => measured_shape(gpu, scene, camera, settings)?,
         };
@@ -59,7 +59,7 @@ impl Renderer {
         measured_with: &Settings,
     ) -> Result<bool> {
         let base = base_shape(gpu, scene, settings)?;
-        let shape = if is_measured(settings) { with_measures(base, &self.shape) } else { base };
+        let shape = if is_measured(settings) { with_measures(&base, &self.shape) } else { base };
         let same_kind = self.technique == settings.technique && is_measured(settings) == is_measured(measured_with);
         Ok(same_kind && shape == self.shape && (!is_measured(settings) || same_lights(settings, measured_with)))
     }
@@ -92,13 +92,13 @@ fn same_lights(a: &Settings, b: &Settings) -> bool {
 }
 
 /// A shape with what another of the same lights was measured to need.
-fn with_measures(shape: FrameShape, measured: &FrameShape) -> FrameShape {
+fn with_measures(shape: &FrameShape, measured: &FrameShape) -> FrameShape {
     FrameShape {
         levels: measured.levels,
         path_count: measured.path_count,
         vpl_capacity: measured.vpl_capacity,
         grid_capacity: measured.grid_capacity,
         upper_capacity: measured.upper_capacity,
-        ..shape
+        ..shape.clone()
     }
 }

@@ -44,6 +44,8 @@ pub enum Action {
     Pause,
     /// One step of time, which then stands still.
     Step,
+    /// Compile the shaders that have changed.
+    Reload,
     /// Full screen or not.
     Fullscreen,
     /// Minimise the window.

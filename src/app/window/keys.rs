@@ -32,6 +32,7 @@ pub const NAMES: [(&str, KeyCode); 28] = [
     (".", KeyCode::Period),
     ("tab", KeyCode::Tab),
     ("escape", KeyCode::Escape),
+    ("f5", KeyCode::F5),
     ("f6", KeyCode::F6),
     ("f11", KeyCode::F11),
     ("1", KeyCode::Digit1),
@@ -43,7 +44,6 @@ pub const NAMES: [(&str, KeyCode); 28] = [
     ("7", KeyCode::Digit7),
     ("8", KeyCode::Digit8),
     ("9", KeyCode::Digit9),
-    ("r", KeyCode::KeyR),
 ];
 
 /// What a key does at once when it is pressed; keys that act while they are held do nothing here.
@@ -53,6 +53,7 @@ pub fn action_of(key: KeyCode) -> Option<Action> {
         KeyCode::Space => Some(Action::Pause),
         KeyCode::Period => Some(Action::Step),
         KeyCode::Tab => Some(Action::Panel),
+        KeyCode::F5 => Some(Action::Reload),
         KeyCode::F6 => Some(Action::Screenshot(None)),
         KeyCode::F11 => Some(Action::Fullscreen),
         KeyCode::Escape => Some(Action::Quit),

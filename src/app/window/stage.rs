@@ -149,7 +149,11 @@ impl Stage {
         self.compile(camera, settings)
     }
 
-    fn compile(&mut self, camera: &Camera, settings: &Settings) -> Result<()> {
+    /// Compiles the frame anew with the shaders in use; the one before stays when that fails.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::for_window`].
+    pub fn compile(&mut self, camera: &Camera, settings: &Settings) -> Result<()> {
         let Some(Show { renderer, made_with, uploaded }) = &self.show else { return Ok(()) };
         let before = Some((renderer, made_with));
         let renderer = Renderer::for_window(&self.gpu, uploaded, camera, settings, self.format, before)?;
@@ -200,7 +204,7 @@ impl Stage {
     ///
     /// # Errors
     /// When the device is lost, or the surface is and cannot be had again.
-    pub fn frame(&mut self, window_px: [u32; 2], request: Request<'_>) -> Result<Outcome> {
+    pub fn frame(&mut self, window_px: [u32; 2], request: &Request<'_>) -> Result<Outcome> {
         if !self.ensure_swapchain(window_px, request.settings, request.camera)? {
             return Ok(Outcome::Skipped);
         }

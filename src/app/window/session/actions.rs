@@ -1,6 +1,6 @@
 //! What each action does.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use winit::dpi::PhysicalSize;
 use winit::window::Fullscreen;
@@ -40,19 +40,20 @@ impl Session {
             Action::SunSpeed(speed) => self.sun_speed = speed,
             Action::Count => self.count()?,
             Action::Open(path) => self.load(Some(path))?,
-            Action::Screenshot(name) => self.take_screenshot(name)?,
+            Action::Screenshot(name) => self.take_screenshot(name.as_deref())?,
             Action::SaveSettings(path) => {
                 let saved = screenshot::save_settings(&self.settings, &path);
                 if self.soften(saved)?.is_some() {
                     self.panel.say(format!("saved {}", path.display()));
                 }
             }
-            Action::LoadSettings(path) => self.load_settings(path)?,
+            Action::LoadSettings(path) => self.load_settings(&path)?,
             Action::Pause => self.clock.paused = !self.clock.paused,
             Action::Step => {
                 self.clock.paused = true;
                 self.clock.steps += 1;
             }
+            Action::Reload => self.reload()?,
             Action::Fullscreen => {
                 let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
                 self.window.set_fullscreen(full);
@@ -74,9 +75,8 @@ impl Session {
 
     fn resize(&mut self, size: [u32; 2]) {
         self.no_area = size.contains(&0);
-        if self.no_area {
-            self.stage.resized();
-        } else if self.window.request_inner_size(PhysicalSize::new(size[0], size[1])).is_some() {
+        let at_once = self.no_area || self.window.request_inner_size(PhysicalSize::new(size[0], size[1])).is_some();
+        if at_once {
             self.stage.resized();
         }
     }
@@ -125,9 +125,9 @@ impl Session {
         Ok(())
     }
 
-    fn load_settings(&mut self, path: PathBuf) -> Result<()> {
+    fn load_settings(&mut self, path: &Path) -> Result<()> {
         let kept = self.settings.clone();
-        let read = Settings::read(&path).and_then(|new| {
+        let read = Settings::read(path).and_then(|new| {
             let new = Settings {
                 headless: false,
                 gpu: kept.gpu,
@@ -150,9 +150,32 @@ impl Session {
         if other_scene { self.load(scene) } else { Ok(()) }
     }
 
-    fn take_screenshot(&mut self, name: Option<PathBuf>) -> Result<()> {
+    /// Compiles shaders that have changed; with an error the last good ones stay.
+    #[cfg(feature = "shader-compiler")]
+    fn reload(&mut self) -> Result<()> {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders"));
+        let Some(names) = self.soften(crate::shader::compile::reload(folder))? else { return Ok(()) };
+        self.panel.clear_error();
+        self.panel.say(format!("{} shader(s) compiled {}", names.len(), names.join(" ")));
+        log::info!("{} shader(s) compiled: {}", names.len(), names.join(" "));
+        if names.is_empty() {
+            return Ok(());
+        }
+        let settings = self.picture_settings();
+        let compiled = self.stage.compile(self.camera.camera(), &settings);
+        self.accumulated = 0;
+        self.soften(compiled).map(|_| ())
+    }
+
+    #[cfg(not(feature = "shader-compiler"))]
+    fn reload(&mut self) -> Result<()> {
+        self.panel.show_error("this build cannot compile shaders: build with --features shader-compiler".to_owned());
+        Ok(())
+    }
+
+    fn take_screenshot(&mut self, name: Option<&Path>) -> Result<()> {
         let Some(renderer) = self.stage.renderer() else { return Ok(()) };
-        let saved = screenshot::save(renderer, &self.picture_settings(), name.as_deref());
+        let saved = screenshot::save(renderer, &self.picture_settings(), name);
         if let Some(what) = self.soften(saved)? {
             log::info!("saved {what}");
             self.panel.say(format!("saved {what}"));

@@ -53,6 +53,7 @@ impl Session {
         }
         self.shown_settings = self.settings.clone();
         let lights = self.sun.as_mut().and_then(Sun::take_changed);
+        let window_px = self.window_px();
         let request = Request {
             settings: &settings,
             camera: self.camera.camera(),
@@ -60,7 +61,7 @@ impl Session {
             number: self.accumulated,
             panel: &picture,
         };
-        let outcome = self.stage.frame(self.window_px(), request)?;
+        let outcome = self.stage.frame(window_px, &request)?;
         self.shown_camera = Some(self.camera.camera().clone());
         if outcome == Outcome::Skipped {
             self.dirty = true;

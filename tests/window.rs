@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use support::golden::{self, SIZE};
 use support::xvfb::Xvfb;
-use support::{Run, program, run};
+use support::{Run, program, run, succeed};
 
 /// Longest that a run may take on two slow cores.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -104,12 +104,13 @@ at 30 camera 1
 at 31 set accumulate 4
 at 38 set accumulate 1
 at 40 screenshot {}
-at 41 screenshot {}
-at 42 save-settings {}
-at 43 load-settings {}
-at 44 panel
-at 45 pause
-at 46 step
+at 41 look 30 -10
+at 42 screenshot {}
+at 43 save-settings {}
+at 44 load-settings {}
+at 45 panel
+at 46 pause
+at 47 step
 at 48 fullscreen
 at 50 quit
 ",
@@ -129,6 +130,18 @@ at 50 quit
     for name in ["all.exr", "all.png", "all.toml", "saved.toml"] {
         assert!(folder.path().join(name).exists(), "{name} is missing");
     }
+    the_settings_give_the_picture(folder.path());
+}
+
+/// A run without a window, with the settings beside a screenshot, gives that screenshot.
+fn the_settings_give_the_picture(folder: &Path) {
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    succeed(&["--headless", "--quiet", "--settings", &path("all.toml"), "--output", &path("again.png")]);
+    let [shown, again] = ["all.png", "again.png"].map(|name| golden::load(&folder.join(name)).unwrap());
+    let different = shown.iter().zip(&again).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+    assert!(different * 1000 < shown.len(), "{different} of {} values differ", shown.len());
+    let elsewhere = golden::load(&folder.join("lgh.png")).unwrap();
+    assert!(elsewhere.iter().zip(&again).filter(|(a, b)| a.abs_diff(**b) > 2).count() * 10 > again.len());
 }
 
 /// Ends a program whatever happens.

@@ -60,7 +60,12 @@ impl Settings {
         for (key, value) in table.iter().filter(|(key, value)| *key != "scene" && defaults.get(*key) != Some(*value)) {
             match value {
                 toml::Value::Boolean(true) => line += &format!(" --{key}"),
-                value => line += &format!(" --{key} {}", quoted(&plain(value))),
+                value => {
+                    let value = quoted(&plain(value));
+                    // What begins with a dash would be taken for an option.
+                    let separator = if value.starts_with('-') { '=' } else { ' ' };
+                    line += &format!(" --{key}{separator}{value}");
+                }
             }
         }
         Ok(line)
@@ -129,9 +134,10 @@ mod tests {
             alpha: 1.7,
             technique: Technique::BruteForce,
             validation: true,
+            camera: Some("-1,2,3,4,5".to_owned()),
             ..Settings::default()
         };
         let line = settings.command_line().unwrap();
-        assert_eq!(line, "gridlight 'a b.gltf' --alpha 1.7 --technique brute-force --validation");
+        assert_eq!(line, "gridlight 'a b.gltf' --alpha 1.7 --camera=-1,2,3,4,5 --technique brute-force --validation");
     }
 }

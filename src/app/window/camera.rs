@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::camera::{angles_rad, as_setting, turned};
 use crate::scene::Camera;
 
 /// Steepest view up or down.
@@ -14,17 +15,15 @@ pub struct FlyCamera {
     camera: Camera,
     yaw_rad: f32,
     pitch_rad: f32,
+    /// It is no longer where it started.
+    flown: bool,
 }
 
 impl FlyCamera {
     /// Starts at a camera of the scene; it is held upright from the first turn on.
     pub fn new(camera: &Camera) -> Self {
-        let forward = camera.forward_ws;
-        Self {
-            camera: camera.clone(),
-            yaw_rad: forward.x.atan2(-forward.z),
-            pitch_rad: forward.y.clamp(-1.0, 1.0).asin(),
-        }
+        let [yaw_rad, pitch_rad] = angles_rad(camera);
+        Self { camera: camera.clone(), yaw_rad, pitch_rad, flown: false }
     }
 
     /// Stands in until there is a scene.
@@ -45,22 +44,23 @@ impl FlyCamera {
         &self.camera
     }
 
+    /// Its place as a setting, when it is no longer that of the scene's camera.
+    pub fn setting(&self) -> Option<String> {
+        self.flown.then(|| as_setting(&self.camera))
+    }
+
     /// Turns by a movement of the mouse, right and down.
     pub fn look(&mut self, dx_px: f32, dy_px: f32) {
         self.yaw_rad += dx_px * RAD_PER_PX;
         self.pitch_rad = (self.pitch_rad - dy_px * RAD_PER_PX).clamp(-STEEPEST_RAD, STEEPEST_RAD);
-        let (sin_yaw, cos_yaw) = self.yaw_rad.sin_cos();
-        let (sin_pitch, cos_pitch) = self.pitch_rad.sin_cos();
-        let forward = Vec3::new(sin_yaw * cos_pitch, sin_pitch, -cos_yaw * cos_pitch);
-        let right = Vec3::new(cos_yaw, 0.0, sin_yaw);
-        self.camera.forward_ws = forward;
-        self.camera.right_ws = right;
-        self.camera.up_ws = right.cross(forward);
+        self.camera = turned(&self.camera, self.yaw_rad, self.pitch_rad);
+        self.flown = true;
     }
 
     /// Moves by metres to the right, up and ahead, as the camera is turned.
     pub fn fly(&mut self, right_up_ahead: Vec3) {
         let Camera { right_ws, up_ws, forward_ws, .. } = &self.camera;
+        self.flown = true;
         self.camera.position_ws +=
             *right_ws * right_up_ahead.x + *up_ws * right_up_ahead.y + *forward_ws * right_up_ahead.z;
     }

@@ -244,7 +244,7 @@ impl Session {
         let Some(loading) = self.loading.take_if(|loading| loading.is_finished()) else { return Ok(()) };
         let shown = loading.finish().and_then(|loaded| {
             let wanted = self.settings.camera.as_deref().filter(|_| !self.has_scene);
-            let camera = find_camera(&loaded.scene, wanted)?.clone();
+            let camera = find_camera(&loaded.scene, wanted)?;
             let (path, radius) = (loaded.path.clone(), loaded.scene.bounds.radius());
             let settings = Settings { scene: path, ..self.picture_settings() };
             self.stage.set_scene(loaded, &camera, &settings)?;

@@ -95,7 +95,11 @@ impl Panel {
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
         let response = self.input.on_window_event(window, event);
         match event {
-            WindowEvent::KeyboardInput { .. } => self.context.egui_wants_keyboard_input(),
+            // Keys that a text or an open list is waiting for are theirs.
+            WindowEvent::KeyboardInput { .. } => {
+                self.visible
+                    && (self.context.egui_wants_keyboard_input() || egui::Popup::is_any_open(&self.context))
+            }
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
                 self.visible && (self.context.egui_wants_pointer_input() || self.context.is_pointer_over_egui())
             }

@@ -7,6 +7,7 @@ use winit::window::Fullscreen;
 
 use super::Session;
 use crate::Result;
+use crate::app::headless::find_camera;
 use crate::app::window::action::Action;
 use crate::app::window::camera::FlyCamera;
 use crate::app::window::loader::Loading;
@@ -42,7 +43,7 @@ impl Session {
             Action::Open(path) => self.load(Some(path))?,
             Action::Screenshot(name) => self.take_screenshot(name.as_deref())?,
             Action::SaveSettings(path) => {
-                let saved = screenshot::save_settings(&self.settings, &path);
+                let saved = screenshot::save_settings(&self.present_settings(), &path);
                 if self.soften(saved)?.is_some() {
                     self.panel.say(format!("saved {}", path.display()));
                 }
@@ -104,7 +105,7 @@ impl Session {
         if self.settings.camera != before.camera
             && let Some(scene) = self.stage.scene()
         {
-            let found = crate::app::headless::find_camera(scene, self.settings.camera.as_deref()).cloned();
+            let found = find_camera(scene, self.settings.camera.as_deref());
             match self.soften(found)? {
                 Some(camera) => self.camera = FlyCamera::new(&camera),
                 None => self.settings.camera = before.camera,

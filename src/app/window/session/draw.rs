@@ -19,12 +19,18 @@ use crate::settings::Settings;
 const TITLE_EVERY: Duration = Duration::from_millis(500);
 
 impl Session {
+    /// The settings with the camera where it is now.
+    pub(super) fn present_settings(&self) -> Settings {
+        let camera = self.camera.setting().or_else(|| self.settings.camera.clone());
+        Settings { camera, ..self.settings.clone() }
+    }
+
     /// The settings with the picture's size in place of the window's.
     pub(super) fn picture_settings(&self) -> Settings {
         let is_cpu = self.stage.gpu().report().kind == "cpu";
         let scale = fixed_scale(self.settings.render_scale, is_cpu).unwrap_or_else(|| self.scale.scale());
         let size = picture_size(self.window_px(), scale, self.settings.interleave);
-        Settings { size, ..self.settings.clone() }
+        Settings { size, ..self.present_settings() }
     }
 
     /// Runs the panel, adapts the frame to what it says, and shows it.
@@ -103,9 +109,10 @@ impl Session {
     fn run_panel(&mut self) -> (PanelPicture, Vec<Action>) {
         let (picture, window_px, scale_is_chosen) =
             (self.picture_settings().size, self.window_px(), self.chooses_scale());
+        let settings = self.present_settings();
         let renderer = self.stage.renderer();
         let facts = Facts {
-            settings: &self.settings,
+            settings: &settings,
             picture,
             window_px,
             history: &self.history,

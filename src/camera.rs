@@ -21,26 +21,31 @@ pub fn angles_rad(camera: &Camera) -> [f32; 2] {
     [forward.x.atan2(-forward.z), forward.y.clamp(-1.0, 1.0).asin()]
 }
 
-/// A camera as a setting has it when it is none of the scene's: position, azimuth and height in degrees.
+/// A camera as a setting has it when it is none of the scene's: position; azimuth, height and vertical field of view in
+/// degrees.
 #[must_use]
 pub fn as_setting(camera: &Camera) -> String {
     let Vec3 { x, y, z } = camera.position_ws;
     let [azimuth, height] = angles_rad(camera).map(f32::to_degrees);
-    format!("{x:.4},{y:.4},{z:.4},{azimuth:.3},{height:.3}")
+    format!("{x:.5},{y:.5},{z:.5},{azimuth:.4},{height:.4},{:.4}", camera.yfov_rad.to_degrees())
 }
 
-/// The camera that [`as_setting`] describes, its lens that of `like`.
+/// The camera that [`as_setting`] describes; its near plane, and where it is not given its field of view, are those of
+/// `like`.
 #[must_use]
 pub fn from_setting(text: &str, like: &Camera) -> Option<Camera> {
     let numbers: Vec<f32> = text.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
-    let [x, y, z, azimuth, height] = numbers.try_into().ok()?;
-    let all = [x, y, z, azimuth, height];
+    let (place, field) = numbers.split_at_checked(5)?;
+    let [x, y, z, azimuth, height] = *<&[f32; 5]>::try_from(place).ok()?;
+    let yfov = match field {
+        [] => like.yfov_rad.to_degrees(),
+        [yfov] => *yfov,
+        _ => return None,
+    };
+    let fits = numbers.iter().all(|n| n.is_finite()) && height.abs() < 90.0 && yfov > 0.0 && yfov < 180.0;
     let camera = turned(like, azimuth.to_radians(), height.to_radians());
-    (all.iter().all(|n| n.is_finite()) && height.abs() < 90.0).then(|| Camera {
-        name: text.to_owned(),
-        position_ws: Vec3::new(x, y, z),
-        ..camera
-    })
+    let (name, position_ws) = (text.to_owned(), Vec3::new(x, y, z));
+    fits.then(|| Camera { name, position_ws, yfov_rad: yfov.to_radians(), ..camera })
 }
 
 /// A camera at a picture size, as the shaders use it.
@@ -104,10 +109,12 @@ mod tests {
         };
         let camera = turned(&camera, 0.7, -0.3);
         let text = as_setting(&camera);
-        let again = from_setting(&text, &camera).unwrap();
+        let again = from_setting(&text, &Camera { yfov_rad: 0.5, ..camera.clone() }).unwrap();
+        assert!((again.yfov_rad - 1.0).abs() < 1e-4, "{text}");
         assert!(again.position_ws.distance(camera.position_ws) < 1e-3, "{text}");
         assert!(again.forward_ws.distance(camera.forward_ws) < 1e-3 && again.up_ws.y > 0.9, "{text}");
-        for wrong in ["", "court", "1,2,3", "1,2,3,4,x", "1,2,3,4,95", "1,2,3,4,nan"] {
+        for wrong in ["", "court", "1,2,3", "1,2,3,4,x", "1,2,3,4,95", "1,2,3,4,nan", "1,2,3,4,5,180", "1,2,3,4,5,6,7"]
+        {
             assert_eq!(from_setting(wrong, &camera), None, "{wrong}");
         }
     }

@@ -40,7 +40,7 @@ pub(super) struct PictureArgs {
     /// Size in pixels [default: 1280x720]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
-    /// Camera of the scene, by name or by index from 0, or a place and a view as the window saves them: X,Y,Z,AZIMUTH,HEIGHT
+    /// Camera of the scene, by name or by index from 0, or a place and a view as the window saves them: X,Y,Z,AZIMUTH,HEIGHT,YFOV
     /// in metres and degrees [default: the first, or one that frames the scene]
     #[arg(long, value_name = "NAME|INDEX|PLACE")]
     pub camera: Option<String>,

@@ -171,9 +171,9 @@ impl Drop for Gpu {
         // allocator is dropped exactly once, before its device.
         unsafe {
             let _ = self.device.device_wait_idle();
-            // The allocator says nothing when all is well; with leaks it logs each.
             let leaked = self.allocator().generate_report().allocations.len();
-            log::info!("device memory: {leaked} allocations leaked");
+            let level = if leaked == 0 { log::Level::Info } else { log::Level::Error };
+            log::log!(level, "device memory: {leaked} allocations leaked");
             ManuallyDrop::drop(&mut self.allocator);
             self.device.destroy_device(None);
         }

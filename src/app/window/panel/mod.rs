@@ -97,8 +97,7 @@ impl Panel {
         match event {
             // Keys that a text or an open list is waiting for are theirs.
             WindowEvent::KeyboardInput { .. } => {
-                self.visible
-                    && (self.context.egui_wants_keyboard_input() || egui::Popup::is_any_open(&self.context))
+                self.visible && (self.context.egui_wants_keyboard_input() || egui::Popup::is_any_open(&self.context))
             }
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
                 self.visible && (self.context.egui_wants_pointer_input() || self.context.is_pointer_over_egui())

@@ -4,6 +4,50 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::scene::Camera;
 
+/// A camera that stands upright and looks at these angles: azimuth 0 along -z and 90 degrees along x, height upwards.
+#[must_use]
+pub fn turned(camera: &Camera, azimuth_rad: f32, height_rad: f32) -> Camera {
+    let (sin_azimuth, cos_azimuth) = azimuth_rad.sin_cos();
+    let (sin_height, cos_height) = height_rad.sin_cos();
+    let forward_ws = Vec3::new(sin_azimuth * cos_height, sin_height, -cos_azimuth * cos_height);
+    let right_ws = Vec3::new(cos_azimuth, 0.0, sin_azimuth);
+    Camera { forward_ws, right_ws, up_ws: right_ws.cross(forward_ws), ..camera.clone() }
+}
+
+/// Azimuth and height of a camera's view, in radians.
+#[must_use]
+pub fn angles_rad(camera: &Camera) -> [f32; 2] {
+    let forward = camera.forward_ws;
+    [forward.x.atan2(-forward.z), forward.y.clamp(-1.0, 1.0).asin()]
+}
+
+/// A camera as a setting has it when it is none of the scene's: position; azimuth, height and vertical field of view in
+/// degrees.
+#[must_use]
+pub fn as_setting(camera: &Camera) -> String {
+    let Vec3 { x, y, z } = camera.position_ws;
+    let [azimuth, height] = angles_rad(camera).map(f32::to_degrees);
+    format!("{x:.5},{y:.5},{z:.5},{azimuth:.4},{height:.4},{:.4}", camera.yfov_rad.to_degrees())
+}
+
+/// The camera that [`as_setting`] describes; its near plane, and where it is not given its field of view, are those of
+/// `like`.
+#[must_use]
+pub fn from_setting(text: &str, like: &Camera) -> Option<Camera> {
+    let numbers: Vec<f32> = text.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
+    let (place, field) = numbers.split_at_checked(5)?;
+    let [x, y, z, azimuth, height] = *<&[f32; 5]>::try_from(place).ok()?;
+    let yfov = match field {
+        [] => like.yfov_rad.to_degrees(),
+        [yfov] => *yfov,
+        _ => return None,
+    };
+    let fits = numbers.iter().all(|n| n.is_finite()) && height.abs() < 90.0 && yfov > 0.0 && yfov < 180.0;
+    let camera = turned(like, azimuth.to_radians(), height.to_radians());
+    let (name, position_ws) = (text.to_owned(), Vec3::new(x, y, z));
+    fits.then(|| Camera { name, position_ws, yfov_rad: yfov.to_radians(), ..camera })
+}
+
 /// A camera at a picture size, as the shaders use it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -51,6 +95,29 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_camera_survives_as_a_setting() {
+        let camera = Camera {
+            name: "a".to_owned(),
+            position_ws: Vec3::new(1.5, -2.0, 0.25),
+            right_ws: Vec3::X,
+            up_ws: Vec3::Y,
+            forward_ws: Vec3::NEG_Z,
+            yfov_rad: 1.0,
+            near: 0.1,
+        };
+        let camera = turned(&camera, 0.7, -0.3);
+        let text = as_setting(&camera);
+        let again = from_setting(&text, &Camera { yfov_rad: 0.5, ..camera.clone() }).unwrap();
+        assert!((again.yfov_rad - 1.0).abs() < 1e-4, "{text}");
+        assert!(again.position_ws.distance(camera.position_ws) < 1e-3, "{text}");
+        assert!(again.forward_ws.distance(camera.forward_ws) < 1e-3 && again.up_ws.y > 0.9, "{text}");
+        for wrong in ["", "court", "1,2,3", "1,2,3,4,x", "1,2,3,4,95", "1,2,3,4,nan", "1,2,3,4,5,180", "1,2,3,4,5,6,7"]
+        {
+            assert_eq!(from_setting(wrong, &camera), None, "{wrong}");
+        }
+    }
 
     #[test]
     fn a_point_up_and_right_lands_up_and_right_with_reversed_depth() {

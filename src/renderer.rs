@@ -1,6 +1,7 @@
-//! The renderer: a scene on a device, and frames of it. Headless and (later) windowed runs share it.
+//! The renderer: a scene on a device, and frames of it. Headless and windowed runs share it.
 
 mod capacity;
+mod live;
 
 use std::sync::Arc;
 
@@ -17,13 +18,14 @@ use crate::gpu::{
     Executor, FrameTicket, FrameTimes, Gpu, OnStep, SceneBytes, SceneData, SceneSet, SteppedFrame, Written,
 };
 use crate::light_grid::Levels;
-use crate::passes::FrameShape;
+use crate::passes::present::WindowFormat;
+use crate::passes::{FrameShape, present};
 use crate::report::image_files::Picture;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Camera, Scene, bvh};
 use crate::settings::{self, Exposure, LightSet, LightingMode, Rays, Reservoir, Scatter, Settings, Technique};
-use crate::shared::FrameData;
+use crate::shared::{FrameData, PunctualLight};
 use crate::views;
 use crate::views::legend::{self, Canvas};
 
@@ -43,6 +45,24 @@ pub struct UploadedScene {
     first_point_light: u32,
     light_count: u32,
     has_structures: bool,
+    /// Directional and spot lights, as uploaded.
+    other_lights: Vec<PunctualLight>,
+}
+
+/// What of a scene is computed before it is uploaded; needs no device.
+pub struct ReadyScene {
+    bvh: bvh::SceneBvh,
+    prepared: PreparedScene,
+}
+
+impl ReadyScene {
+    /// Builds the BVH and everything else that the upload needs, for a device whose image arrays end at `array_layers`.
+    #[must_use]
+    pub fn new(scene: &Scene, array_layers: u32) -> Self {
+        let bvh = bvh::build(scene);
+        log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
+        Self { bvh, prepared: upload::prepare(scene, array_layers) }
+    }
 }
 
 impl UploadedScene {
@@ -59,10 +79,16 @@ impl UploadedScene {
     /// # Errors
     /// [`Error::Usage`] when the device has no such rays; when a part of the scene does not fit the device.
     pub fn with_rays(gpu: &Arc<Gpu>, scene: &Scene, rays: Rays) -> Result<Self> {
+        Self::upload(gpu, scene, &ReadyScene::new(scene, gpu.report().limits.array_layers), rays)
+    }
+
+    /// Uploads a scene that was made ready before, such as on another thread.
+    ///
+    /// # Errors
+    /// Those of [`Self::with_rays`].
+    pub fn upload(gpu: &Arc<Gpu>, scene: &Scene, ready: &ReadyScene, rays: Rays) -> Result<Self> {
         check_rays(gpu, rays)?;
-        let bvh = bvh::build(scene);
-        log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
-        let prepared = upload::prepare(scene, gpu.report().limits.array_layers);
+        let ReadyScene { bvh, prepared } = ready;
         let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
         let query = (rays == Rays::Query).then(|| QueryGeometry::new(scene, &bvh.triangles));
         let data = SceneData {
@@ -71,17 +97,18 @@ impl UploadedScene {
             triangles: bytemuck::cast_slice(&bvh.triangles),
             vertices: bytemuck::cast_slice(&scene.vertices),
             indices: bytemuck::cast_slice(&scene.indices),
-            materials: bytemuck::cast_slice(&materials),
-            lights: bytemuck::cast_slice(&lights),
+            materials: bytemuck::cast_slice(materials),
+            lights: bytemuck::cast_slice(lights),
             albedo_size_px: albedo.size_px,
             albedo_layers: &albedo.layers,
-            textures: &textures,
-            material_textures: &material_textures,
+            textures,
+            material_textures,
             draws: &scene.draws,
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
-        let light_count = lights.len() as u32;
-        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count, has_structures: query.is_some() })
+        let other_lights = lights[..*first_point_light as usize].to_vec();
+        let (first_point_light, light_count) = (*first_point_light, lights.len() as u32);
+        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count, has_structures: query.is_some(), other_lights })
     }
 
     /// Triangles, materials and lights as shaders read them; waits.
@@ -129,6 +156,7 @@ pub struct Renderer {
     seed: u32,
     data: FrameData,
     shape: FrameShape,
+    technique: Technique,
 }
 
 impl Renderer {
@@ -137,13 +165,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] when the settings do not fit the device; device errors.
     pub fn new(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<Self> {
-        settings.validate_view()?;
-        check_lights(scene, settings)?;
-        let mut shape = base_shape(gpu, scene, settings)?;
-        let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
-        if many_lights && frame::needs_lights(settings.view) {
-            calibrate(gpu, scene, camera, settings, &mut shape)?;
-        }
+        let shape = measured_shape(gpu, scene, camera, settings)?;
         Self::with_shape(gpu, scene, camera, settings, shape)
     }
 
@@ -158,11 +180,26 @@ impl Renderer {
         settings: &Settings,
         shape: FrameShape,
     ) -> Result<Self> {
-        let (graph, outputs) = frame::build(settings.technique, shape.clone());
+        Self::compile(gpu, scene, camera, settings, shape, None)
+    }
+
+    fn compile(
+        gpu: &Arc<Gpu>,
+        scene: &UploadedScene,
+        camera: &Camera,
+        settings: &Settings,
+        shape: FrameShape,
+        window: Option<WindowFormat>,
+    ) -> Result<Self> {
+        let technique = settings.technique;
+        let (mut graph, outputs) = frame::build(technique, shape.clone());
+        if let Some(window) = window {
+            present::add(&mut graph, outputs.tone_mapped.picture, window);
+        }
         let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
         executor.set_max_submit_ms(f64::from(settings.max_submit_ms));
         let data = frame_data(gpu, scene, camera, settings, &shape);
-        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape })
+        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape, technique })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
@@ -287,6 +324,23 @@ impl Renderer {
 /// Where frame `number` of a mean samples its pixels: offset from the centre, within half a pixel.
 fn sampling_point(seed: u32, number: u32) -> Vec2 {
     Vec2::from_array(r2_sequence(number, seed)) - 0.5
+}
+
+/// Checks the settings and finds the frame's shape.
+fn measured_shape(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<FrameShape> {
+    settings.validate_view()?;
+    check_lights(scene, settings)?;
+    let mut shape = base_shape(gpu, scene, settings)?;
+    if is_measured(settings) {
+        calibrate(gpu, scene, camera, settings, &mut shape)?;
+    }
+    Ok(shape)
+}
+
+/// Whether light paths decide the shape.
+fn is_measured(settings: &Settings) -> bool {
+    let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
+    many_lights && frame::needs_lights(settings.view)
 }
 
 /// More direct lights than this make the direct pass slow enough to say so.

@@ -54,8 +54,19 @@ has_numpy() {
     return 1
 }
 
+# Whether a window can be opened on a virtual display: the X server, and the libraries that a window is opened with.
+has_virtual_display() {
+    command -v Xvfb >/dev/null || return 1
+    local ldconfig libraries name
+    ldconfig=$(PATH="$PATH:/usr/sbin:/sbin" command -v ldconfig) || return 0
+    libraries=$("$ldconfig" -p)
+    for name in libX11.so.6 libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
+        [[ $libraries == *"$name"* ]] || return 1
+    done
+}
+
 # Makes sure of a C linker, a Vulkan loader and a Vulkan driver; with the argument "tests", of the
-# validation layers and of Python's NumPy too.
+# validation layers, of Python's NumPy and of a virtual display too.
 ensure_system() {
     local -a apt=() dnf=() pacman=()
     has_linker || { apt+=(gcc libc6-dev); dnf+=(gcc); pacman+=(gcc); }
@@ -70,6 +81,11 @@ ensure_system() {
         apt+=(python3-numpy)
         dnf+=(python3-numpy)
         pacman+=(python-numpy)
+    fi
+    if [[ ${1:-} == tests ]] && ! has_virtual_display; then
+        apt+=(xvfb libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0)
+        dnf+=(xorg-x11-server-Xvfb libX11 libX11-xcb libXcursor libXi libxkbcommon-x11)
+        pacman+=(xorg-server-xvfb libx11 libxcursor libxi libxkbcommon-x11)
     fi
     ((${#apt[@]} == 0)) && return 0
 

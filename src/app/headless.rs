@@ -1,6 +1,7 @@
 //! Rendering without a window.
 
 use std::cell::RefCell;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::frames::{Frames, run_frames};
@@ -17,7 +18,7 @@ use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTi
 use crate::report::{FileKind, statistics};
 use crate::scene::{Camera, Scene, gltf};
 use crate::settings::{self, Settings};
-use crate::{Error, Result, interrupt};
+use crate::{Error, Result, camera, interrupt};
 
 /// The scene shown when none is named.
 const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
@@ -32,7 +33,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     interrupt::listen()?;
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
-    let camera = find_camera(&scene, settings.camera.as_deref())?;
+    let camera = &find_camera(&scene, settings.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, &progress)?;
@@ -97,7 +98,7 @@ fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> S
 pub fn print_graph(settings: &Settings) -> Result<()> {
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &Progress::hidden())?;
-    let camera = find_camera(&scene, settings.camera.as_deref())?;
+    let camera = &find_camera(&scene, settings.camera.as_deref())?;
     let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.rays)?;
     let renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
@@ -120,9 +121,14 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
             bar.set(done);
         }
     };
-    match &settings.scene {
-        Some(path) => gltf::load(path, &report),
-        None => gltf::load_bytes("courtyard", COURTYARD, &report),
+    read_scene(settings.scene.as_deref(), &report)
+}
+
+/// The scene of a file, or the built-in one.
+pub(super) fn read_scene(path: Option<&Path>, report: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    match path {
+        Some(path) => gltf::load(path, report),
+        None => gltf::load_bytes("courtyard", COURTYARD, report),
     }
 }
 
@@ -133,12 +139,15 @@ pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progres
     Ok(uploaded)
 }
 
-/// The camera of that name or index; the first when none is named.
-pub(super) fn find_camera<'a>(scene: &'a Scene, wanted: Option<&str>) -> Result<&'a Camera> {
+/// The camera of that name or index, or at that place; the first when none is named.
+pub(super) fn find_camera(scene: &Scene, wanted: Option<&str>) -> Result<Camera> {
+    let first = scene.cameras.first();
     let found = match wanted {
-        None => scene.cameras.first(),
+        None => first.cloned(),
         Some(name) => {
-            scene.cameras.iter().find(|c| c.name == name).or_else(|| scene.cameras.get(name.parse::<usize>().ok()?))
+            let named = scene.cameras.iter().find(|c| c.name == name);
+            let named = named.or_else(|| scene.cameras.get(name.parse::<usize>().ok()?));
+            named.cloned().or_else(|| camera::from_setting(name, first?))
         }
     };
     found.ok_or_else(|| {

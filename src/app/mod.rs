@@ -6,9 +6,12 @@ pub mod error_report;
 mod frames;
 pub mod headless;
 pub mod list_gpus;
+#[cfg(feature = "window")]
+pub mod window;
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use log::LevelFilter;
@@ -16,6 +19,7 @@ use log::LevelFilter;
 use crate::Result;
 use crate::cli::{self, Command, Verbosity};
 use crate::progress::Progress;
+use crate::settings::Settings;
 
 /// Runs the program on a command line, program name first.
 pub fn run<I>(args: I) -> ExitCode
@@ -44,6 +48,10 @@ fn execute(command: Command) -> Result<()> {
             start_log(verbosity);
             error_report::report(&settings, &options, verbosity.quiet)
         }
+        Command::Window { settings, script, verbosity } => {
+            start_log(verbosity);
+            open_window(*settings, script.as_deref())
+        }
         Command::ListGpus { verbosity } => {
             start_log(verbosity);
             list_gpus::list()
@@ -57,6 +65,16 @@ fn execute(command: Command) -> Result<()> {
             headless::render(&settings, Progress::new(verbosity.quiet), verbosity.quiet)
         }
     }
+}
+
+#[cfg(feature = "window")]
+fn open_window(settings: Settings, script: Option<&Path>) -> Result<()> {
+    window::run(settings, script)
+}
+
+#[cfg(not(feature = "window"))]
+fn open_window(_: Settings, _: Option<&Path>) -> Result<()> {
+    Err(crate::Error::Usage("this build has no window: add --headless to render without one".to_owned()))
 }
 
 /// Prints on stdout. A reader that has gone away is no failure.

@@ -2,9 +2,11 @@
 
 mod commands;
 mod error_report;
+mod help;
 mod options;
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -14,9 +16,10 @@ use crate::{Error, Result};
 use commands::Subcommand;
 pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs};
 pub use error_report::{ErrorReportOptions, REPORT_FILES};
+pub use help::{OptionHelp, option_help};
 use options::{
     DeviceArgs, DiagnosticsArgs, FrameArgs, GraphArgs, ListArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs,
-    ShadowArgs, TechniqueArgs, ViewArgs,
+    ScriptArgs, ShadowArgs, TechniqueArgs, ViewArgs, WindowArgs,
 };
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
@@ -39,6 +42,15 @@ pub enum Command {
         settings: Box<Settings>,
         /// Print the frame graph of these settings instead of rendering.
         print_graph: bool,
+        /// How much to say.
+        verbosity: Verbosity,
+    },
+    /// Open a window with these (valid) settings.
+    Window {
+        /// The settings: command line over file over defaults.
+        settings: Box<Settings>,
+        /// A file with actions to be done at certain frames.
+        script: Option<PathBuf>,
         /// How much to say.
         verbosity: Verbosity,
     },
@@ -91,6 +103,10 @@ pub struct Args {
     #[command(flatten)]
     list: ListArgs,
     #[command(flatten)]
+    window: WindowArgs,
+    #[command(flatten)]
+    script: ScriptArgs,
+    #[command(flatten)]
     output: OutputArgs,
     #[command(flatten)]
     graph: GraphArgs,
@@ -137,9 +153,14 @@ impl Args {
             return Ok(Command::ListGpus { verbosity });
         }
         let print_graph = self.graph.print_graph;
+        let script = self.script.script.clone();
         let settings = Box::new(self.into_settings()?);
         if !settings.headless && !print_graph {
-            return Err(Error::Usage("there is no window yet: add --headless to render without one".to_owned()));
+            check_that_no_file_is_expected(&settings)?;
+            return Ok(Command::Window { settings, script, verbosity });
+        }
+        if script.is_some() {
+            return Err(Error::Usage("--script is for the window: leave out --headless and --print-graph".to_owned()));
         }
         Ok(Command::Render { settings, print_graph, verbosity })
     }
@@ -156,12 +177,24 @@ impl Args {
         self.method.apply(&mut settings);
         self.shadows.apply(&mut settings);
         self.device.apply(&mut settings);
+        self.window.apply(&mut settings);
         self.output.apply(&mut settings);
         if file.is_some() && file == settings.timings {
             return Err(Error::Usage("timings would overwrite the settings file: give another name".to_owned()));
         }
         settings.validate()?;
         Ok(settings)
+    }
+}
+
+/// Files are written by runs that end by themselves.
+fn check_that_no_file_is_expected(settings: &Settings) -> Result<()> {
+    let files = [("output", &settings.output), ("timings", &settings.timings), ("dump", &settings.dump)];
+    match files.into_iter().find_map(|(name, path)| Some((name, path.as_ref()?))) {
+        None => Ok(()),
+        Some((name, path)) => {
+            Err(Error::Usage(format!("{name} {} is of a run without a window: add --headless", path.display())))
+        }
     }
 }
 

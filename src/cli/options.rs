@@ -6,7 +6,7 @@ use clap::ArgAction;
 
 use super::Verbosity;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, Settings,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir, Scatter, Settings,
     ShadowPoints, Size, Switch, Technique, View,
 };
 
@@ -40,8 +40,9 @@ pub(super) struct PictureArgs {
     /// Size in pixels [default: 1280x720]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
-    /// Camera of the scene, by name or by index from 0 [default: the first, or one that frames the scene]
-    #[arg(long, value_name = "NAME|INDEX")]
+    /// Camera of the scene, by name or by index from 0, or a place and a view as the window saves them: X,Y,Z,AZIMUTH,HEIGHT,YFOV
+    /// in metres and degrees [default: the first, or one that frames the scene]
+    #[arg(long, value_name = "NAME|INDEX|PLACE")]
     pub camera: Option<String>,
     /// Factor on the radiance in PNG pictures, above 0, or `auto` [default: auto]
     #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true)]
@@ -179,6 +180,27 @@ pub(super) struct ListArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Window")]
+pub(super) struct WindowArgs {
+    /// How the window's pictures take turns: each waits for the display, the newest is taken, at once, or waiting
+    /// unless late [default: fifo]
+    #[arg(long, value_enum, hide_possible_values = true, value_name = "fifo|mailbox|immediate|fifo-relaxed")]
+    pub present_mode: Option<PresentMode>,
+    /// Edge of the rendered picture as a fraction of the window's, 0.05 to 1, or `auto`: 1, but on a CPU driver what
+    /// holds about 10 frames per second [default: auto]
+    #[arg(long, value_name = "auto|F", allow_negative_numbers = true)]
+    pub render_scale: Option<RenderScale>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Window")]
+pub(super) struct ScriptArgs {
+    /// Do what the file says, frame by frame (docs/window.md)
+    #[arg(long, value_name = "FILE")]
+    pub script: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(super) struct OutputArgs {
     /// Write the last frame: .exr (linear radiance) or .png (exposed, tone-mapped)
@@ -290,6 +312,13 @@ impl DeviceArgs {
     pub fn apply(self, settings: &mut Settings) {
         settings.gpu = self.gpu.or(settings.gpu.take());
         settings.validation |= self.validation;
+    }
+}
+
+impl WindowArgs {
+    pub fn apply(self, settings: &mut Settings) {
+        set(&mut settings.present_mode, self.present_mode);
+        set(&mut settings.render_scale, self.render_scale);
     }
 }
 

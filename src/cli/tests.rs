@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::*;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir, Scatter, ShadowPoints,
     Size, Switch, Technique, View,
 };
 
@@ -54,7 +54,7 @@ fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
-        --timings a.json --dump d --gpu llvmpipe --validation";
+        --timings a.json --dump d --gpu llvmpipe --validation --present-mode mailbox --render-scale 0.25";
     let expected = Settings {
         scene: Some("a.gltf".into()),
         headless: true,
@@ -95,6 +95,8 @@ fn every_option_arrives() {
         dump: Some("d".into()),
         gpu: Some("llvmpipe".into()),
         validation: true,
+        present_mode: PresentMode::Mailbox,
+        render_scale: RenderScale::Fixed(0.25),
     };
     assert_eq!(settings(&line.split_whitespace().collect::<Vec<_>>()), expected);
     assert_eq!(settings(&["--technique", "direct"]).technique, Technique::Direct);
@@ -148,8 +150,12 @@ fn settings_files_are_checked_too() {
 }
 
 #[test]
-fn there_is_no_window_yet() {
-    assert_eq!(complaint(&[]), "there is no window yet: add --headless to render without one");
+fn without_headless_there_is_a_window() {
+    let Ok(Command::Window { settings, script, .. }) = command(&["a.glb", "--script", "s.txt"]) else { panic!() };
+    assert_eq!((settings.scene, script), (Some("a.glb".into()), Some("s.txt".into())));
+    let sentence = complaint(&["--headless", "--script", "s.txt"]);
+    assert_eq!(sentence, "--script is for the window: leave out --headless and --print-graph");
+    assert_eq!(complaint(&["--output", "a.png"]), "output a.png is of a run without a window: add --headless");
     assert!(matches!(command(&["--print-graph"]), Ok(Command::Render { print_graph: true, .. })));
 }
 
@@ -189,11 +195,11 @@ fn help_names_every_option() {
     let options = "--headless --frames --warmup --size --camera --technique --vpls --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
-        --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --help --version [SCENE]";
+        --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --present-mode --render-scale --script --help --version [SCENE]";
     for option in options.split_whitespace() {
         assert!(help.contains(option), "{option} is missing in\n{help}");
     }
-    for heading in ["Run:", "Picture:", "Method:", "Shadows:", "Device:", "Output:", "Diagnostics:"] {
+    for heading in ["Run:", "Picture:", "Method:", "Shadows:", "Device:", "Window:", "Output:", "Diagnostics:"] {
         assert!(help.lines().any(|line| line == heading), "{heading} is missing in\n{help}");
     }
     for heading in ["Options:", "Arguments:"] {

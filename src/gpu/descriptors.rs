@@ -35,6 +35,8 @@ impl Bound {
 /// Descriptor sets of one layout, with their pool.
 pub(super) struct Sets {
     pub layout: vk::DescriptorSetLayout,
+    /// Binding, type and stages of each: equal ones make compatible layouts.
+    pub bindings: Vec<(u32, vk::DescriptorType, vk::ShaderStageFlags)>,
     pub sets: Vec<vk::DescriptorSet>,
     pool: vk::DescriptorPool,
     gpu: Arc<Gpu>,
@@ -62,7 +64,9 @@ impl Sets {
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
         // SAFETY: valid create info.
         let layout = check(name, unsafe { gpu.device.create_descriptor_set_layout(&info, None) })?;
-        let mut sets = Self { layout, sets: Vec::new(), pool: vk::DescriptorPool::null(), gpu: Arc::clone(gpu) };
+        let bindings = first.iter().map(|(binding, bound)| (*binding, bound.kind(), stages)).collect();
+        let mut sets =
+            Self { layout, bindings, sets: Vec::new(), pool: vk::DescriptorPool::null(), gpu: Arc::clone(gpu) };
         if contents.is_empty() || first.is_empty() {
             return Ok(sets);
         }

@@ -1,5 +1,6 @@
 //! The logical device with its queue and memory allocator.
 
+use std::ffi::CStr;
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -8,7 +9,8 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::check;
 use super::features::{self, DeviceReport, OptionalFeatures};
-use super::instance::Instance;
+use super::instance::{Instance, Messages};
+use super::pipeline::PipelineCache;
 use crate::error::{Error, Result};
 
 /// Which device to open, and how.
@@ -22,6 +24,23 @@ pub struct GpuOptions {
     pub baseline_only: bool,
 }
 
+/// The messages of the validation layers; outlives the device, whose end may be reported too.
+pub struct ValidationLog(Messages);
+
+impl ValidationLog {
+    /// Fails when there is any message.
+    ///
+    /// # Errors
+    /// [`Error::Validation`] with the first message.
+    pub fn check(&self) -> Result<()> {
+        let messages = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        match messages.first() {
+            Some(first) => Err(Error::Validation { count: messages.len(), first: first.clone() }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// An open device. Cheap to share through an [`Arc`]; everything created from it keeps it alive.
 pub struct Gpu {
     pub(super) device: ash::Device,
@@ -30,9 +49,12 @@ pub struct Gpu {
     pub(super) debug: Option<ext::debug_utils::Device>,
     /// Functions of acceleration structures, where there are ray queries.
     pub(super) acceleration: Option<khr::acceleration_structure::Device>,
-    allocator: ManuallyDrop<Mutex<Allocator>>,
+    pub(super) pipelines: PipelineCache,
+    /// Shared with the painter of the window's panel.
+    pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     report: DeviceReport,
-    instance: Instance,
+    pub(super) physical: vk::PhysicalDevice,
+    pub(super) instance: Instance,
 }
 
 impl Gpu {
@@ -41,14 +63,23 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoDevice`] when no driver fits the baseline, [`Error::Usage`] when `select` names none.
     pub fn new(options: &GpuOptions) -> Result<Arc<Self>> {
-        let instance = Instance::new(options.validation)?;
-        let (physical, mut report) = select(&instance, options.select.as_deref())?;
+        Self::open(options, Instance::new(options.validation)?, &[], &|_| None)
+    }
+
+    /// Opens a device of an instance with extensions enabled. `obstacle` names what a device lacks beyond the baseline.
+    pub(super) fn open(
+        options: &GpuOptions,
+        instance: Instance,
+        extensions: &[&CStr],
+        obstacle: &dyn Fn(vk::PhysicalDevice) -> Option<&'static str>,
+    ) -> Result<Arc<Self>> {
+        let (physical, mut report) = select(&instance, options.select.as_deref(), obstacle)?;
         if options.baseline_only {
             report.optional = OptionalFeatures::default();
         }
         let queue_family = features::queue_family(&instance.raw, physical)
             .ok_or_else(|| Error::NoDevice(format!("{} has no queue for graphics and compute", report.name)))?;
-        let device = create_device(&instance, physical, queue_family, report.optional)?;
+        let device = create_device(&instance, physical, queue_family, report.optional, extensions)?;
         // SAFETY: family and index were requested at device creation.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
@@ -64,8 +95,19 @@ impl Gpu {
         })
         .map_err(|e| Error::Memory { name: "the allocator".to_owned(), reason: e.to_string() })?;
         log::info!("device: {} ({})", report.name, report.driver);
-        let allocator = ManuallyDrop::new(Mutex::new(allocator));
-        Ok(Arc::new(Self { device, queue, queue_family, debug, acceleration, allocator, report, instance }))
+        let allocator = ManuallyDrop::new(Arc::new(Mutex::new(allocator)));
+        Ok(Arc::new(Self {
+            device,
+            queue,
+            queue_family,
+            debug,
+            acceleration,
+            pipelines: PipelineCache::default(),
+            allocator,
+            report,
+            physical,
+            instance,
+        }))
     }
 
     /// What the device is and offers.
@@ -86,16 +128,18 @@ impl Gpu {
         self.instance.messages()
     }
 
+    /// The messages of the validation layers, for when the device is gone.
+    #[must_use]
+    pub fn validation_log(&self) -> ValidationLog {
+        ValidationLog(self.instance.message_log())
+    }
+
     /// Fails when validation reported anything.
     ///
     /// # Errors
     /// [`Error::Validation`] with the first message.
     pub fn check_validation(&self) -> Result<()> {
-        let messages = self.validation_messages();
-        match messages.first() {
-            Some(first) => Err(Error::Validation { count: messages.len(), first: first.clone() }),
-            None => Ok(()),
-        }
+        self.validation_log().check()
     }
 
     /// Bytes of device memory now reserved from the driver.
@@ -132,6 +176,9 @@ impl Drop for Gpu {
         // allocator is dropped exactly once, before its device.
         unsafe {
             let _ = self.device.device_wait_idle();
+            let leaked = self.allocator().generate_report().allocations.len();
+            let level = if leaked == 0 { log::Level::Info } else { log::Level::Error };
+            log::log!(level, "device memory: {leaked} allocations leaked");
             ManuallyDrop::drop(&mut self.allocator);
             self.device.destroy_device(None);
         }
@@ -148,9 +195,19 @@ fn rank(kind: &str) -> u8 {
     }
 }
 
-fn select(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, DeviceReport)> {
-    let mut found: Vec<_> =
-        instance.physical_devices()?.into_iter().map(|d| (d, features::report(instance, d))).collect();
+fn select(
+    instance: &Instance,
+    wanted: Option<&str>,
+    obstacle: &dyn Fn(vk::PhysicalDevice) -> Option<&'static str>,
+) -> Result<(vk::PhysicalDevice, DeviceReport)> {
+    let examine = |device| {
+        let mut report = features::report(instance, device);
+        if report.missing.is_empty() {
+            report.missing.extend(obstacle(device));
+        }
+        (device, report)
+    };
+    let mut found: Vec<_> = instance.physical_devices()?.into_iter().map(examine).collect();
     let names = found.iter().enumerate().map(|(i, (_, r))| format!("{i}: {}", r.name)).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = wanted {
         let index = wanted
@@ -180,7 +237,9 @@ fn create_device(
     physical: vk::PhysicalDevice,
     queue_family: u32,
     optional: OptionalFeatures,
+    extensions: &[&CStr],
 ) -> Result<ash::Device> {
+    let mut extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let core = vk::PhysicalDeviceFeatures::default()
@@ -198,7 +257,6 @@ fn create_device(
     let mut features = vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut v12).push_next(&mut v13);
     let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
     let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
-    let mut extensions = Vec::new();
     if optional.ray_query {
         extensions.extend(features::RAY_QUERY_EXTENSIONS.map(std::ffi::CStr::as_ptr));
         features = features.push_next(&mut structure).push_next(&mut query);

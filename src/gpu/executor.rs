@@ -14,14 +14,12 @@ use super::pipeline::{self, Pipeline};
 use super::recorder;
 use super::resources::{MemoryUse, Physical, Resources, aspect};
 use super::scene_set::SceneSet;
+use super::target::{FRAMES_IN_FLIGHT, Overlay, Target};
 use super::timers::Timers;
 use super::transfer;
 use super::work::{RasterWork, Work};
 use crate::error::{Error, Result};
 use crate::graph::{Access, BufferHandle, Graph, Handle, ImageHandle, Pass, Plan, ResourceInfo, Use, plan};
-
-/// Frames that may be on the GPU at once.
-const FRAMES_IN_FLIGHT: usize = 2;
 
 /// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
 /// `tools/bench honesty` compares the timestamps with.
@@ -29,7 +27,7 @@ const SPLIT_SUBMITS: &str = "GRIDLIGHT_SPLIT_SUBMITS";
 
 /// A pass ready to record.
 pub(super) struct CompiledPass {
-    pub pipelines: Vec<Pipeline>,
+    pub pipelines: Vec<Arc<Pipeline>>,
     pub sets: Sets,
 }
 
@@ -77,6 +75,8 @@ pub struct Executor {
     pub(super) max_submit_ms: Option<f64>,
     /// Times of the passes of the last frame that was waited for.
     pub(super) last_ms: Vec<f64>,
+    /// New contents of the scene's lights, for the next frame.
+    pub(super) light_update: Option<Vec<u8>>,
     pub(super) submitted: u64,
     pub(super) split_submits: bool,
     pub(super) gpu: Arc<Gpu>,
@@ -106,6 +106,7 @@ impl Executor {
             timeline: vk::Semaphore::null(),
             max_submit_ms: None,
             last_ms: Vec::new(),
+            light_update: None,
             submitted: 0,
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
@@ -155,14 +156,57 @@ impl Executor {
         Ok(FrameTicket { value, submitted })
     }
 
+    /// Records and submits one frame into an acquired image, with `overlay` drawn where the graph has it. Blocks only
+    /// when both frames in flight are still busy.
+    ///
+    /// # Errors
+    /// When the device is lost, and those of `overlay`.
+    pub fn submit_to(&mut self, frame_data: &[u8], target: &Target, overlay: &mut Overlay) -> Result<FrameTicket> {
+        let slot = self.submitted as usize % self.slots.len();
+        let value = self.submitted + 1;
+        self.wait_value(self.slots[slot].busy_until)?;
+        let submitted = Instant::now();
+        self.resources.acquired(&self.graph, Some(target));
+        let recorded = self.record_to(slot, value as u32, frame_data, Some((target, overlay)));
+        self.resources.acquired(&self.graph, None);
+        recorded?;
+        self.light_update = None;
+        self.queue_with(slot, value, &[target.wait_info()], &[target.signal_info()])?;
+        Ok(FrameTicket { value, submitted })
+    }
+
+    /// Whether a frame has completed.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn is_done(&self, ticket: &FrameTicket) -> Result<bool> {
+        // SAFETY: the semaphore is a timeline of this device.
+        let value = unsafe { self.gpu.device.get_semaphore_counter_value(self.timeline) };
+        Ok(check("the frame's timeline", value)? >= ticket.value)
+    }
+
     /// Submits the slot's command buffer; its completion brings the timeline to `value`.
     pub(super) fn queue(&mut self, slot: usize, value: u64) -> Result<()> {
+        self.queue_with(slot, value, &[], &[])
+    }
+
+    fn queue_with(
+        &mut self,
+        slot: usize,
+        value: u64,
+        waits: &[vk::SemaphoreSubmitInfo<'_>],
+        signals: &[vk::SemaphoreSubmitInfo<'_>],
+    ) -> Result<()> {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.slots[slot].commands)];
-        let signal = [vk::SemaphoreSubmitInfo::default()
+        let completed = vk::SemaphoreSubmitInfo::default()
             .semaphore(self.timeline)
             .value(value)
-            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-        let info = [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signal)];
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS);
+        let signals = [&[completed], signals].concat();
+        let info = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(waits)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signals)];
         // SAFETY: the command buffer is recorded and its slot idle; the queue is used from this thread only.
         let result = unsafe { self.gpu.device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()) };
         self.explain(slot, value, check("vkQueueSubmit2", result))?;
@@ -250,6 +294,31 @@ impl Executor {
         check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
     }
 
+    fn record_to(
+        &self,
+        slot: usize,
+        stamp: u32,
+        frame_data: &[u8],
+        mut shown: Option<(&Target, &mut Overlay)>,
+    ) -> Result<()> {
+        let slot = &self.slots[slot];
+        self.begin_commands(slot.commands)?;
+        self.record_scene_update(slot.commands);
+        slot.timers.begin(slot.commands);
+        for index in 0..self.passes.len() {
+            slot.markers.reach(slot.commands, index, stamp);
+            match (&self.graph.passes()[index].payload, &mut shown) {
+                (Work::Overlay, Some((target, overlay))) => {
+                    recorder::record_overlay(self, slot.commands, index, target, overlay)?;
+                }
+                _ => recorder::record_pass(self, slot.commands, index, frame_data),
+            }
+            slot.timers.after_pass(slot.commands, index);
+        }
+        // SAFETY: recording is complete.
+        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
+    }
+
     pub(super) fn begin_commands(&self, commands: vk::CommandBuffer) -> Result<()> {
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: what was last recorded has completed; the pool allows resetting.
@@ -325,12 +394,12 @@ impl Executor {
                 vec![pipeline::compute(&self.gpu, &work.shader, &work.constants, words, &layouts)?]
             }
             Work::Raster(work) => self.raster_pipelines(work, &sets)?,
-            Work::Transfer(_) => Vec::new(),
+            Work::Transfer(_) | Work::Overlay => Vec::new(),
         };
         Ok(CompiledPass { pipelines, sets })
     }
 
-    fn raster_pipelines(&self, work: &RasterWork, sets: &Sets) -> Result<Vec<Pipeline>> {
+    fn raster_pipelines(&self, work: &RasterWork, sets: &Sets) -> Result<Vec<Arc<Pipeline>>> {
         let formats: Vec<_> = work.colors.iter().map(|c| self.resources.image(c.image).2.format).collect();
         let depth = work.depth.map_or(vk::Format::UNDEFINED, |d| self.resources.image(d.image).2.format);
         let layouts = self.set_layouts(sets, work.uses_scene, true)?;
@@ -338,13 +407,13 @@ impl Executor {
         draws.map(|draw| pipeline::graphics(&self.gpu, draw, &formats, depth, &layouts)).collect()
     }
 
-    fn set_layouts(&self, sets: &Sets, uses_scene: bool, raster: bool) -> Result<Vec<vk::DescriptorSetLayout>> {
-        let mut layouts = vec![sets.layout];
+    fn set_layouts<'a>(&'a self, sets: &'a Sets, uses_scene: bool, raster: bool) -> Result<Vec<&'a Sets>> {
+        let mut layouts = vec![sets];
         if uses_scene {
             let scene = self.scene.as_ref().ok_or_else(|| Error::Failure("a pass needs a scene".to_owned()))?;
-            layouts.push(scene.scene.layout);
+            layouts.push(&scene.scene);
             if raster {
-                layouts.push(scene.materials.layout);
+                layouts.push(&scene.materials);
             }
         }
         Ok(layouts)

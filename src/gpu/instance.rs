@@ -18,7 +18,7 @@ pub(super) type Messages = Arc<Mutex<Vec<String>>>;
 /// Loader, instance and, with validation, the messenger that collects its messages.
 pub struct Instance {
     /// Keeps the loader library open.
-    _entry: ash::Entry,
+    pub(super) entry: ash::Entry,
     pub(super) raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// Kept alive for the messenger's user data pointer.
@@ -33,6 +33,11 @@ impl Instance {
     /// [`Error::NoDevice`] without a loader or Vulkan 1.3; [`Error::Failure`] when validation is asked for and
     /// the layer is not installed.
     pub fn new(validation: bool) -> Result<Self> {
+        Self::with_extensions(validation, &[])
+    }
+
+    /// [`Self::new`] with extensions of the instance enabled, such as those of surfaces.
+    pub(super) fn with_extensions(validation: bool, wanted: &[&CStr]) -> Result<Self> {
         // SAFETY: the loader library is trusted to be a Vulkan loader; nothing else is assumed of it.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|_| Error::NoDevice(format!("no Vulkan loader (libvulkan.so.1) was found: {INSTALL_HINT}")))?;
@@ -41,19 +46,29 @@ impl Instance {
         if validation {
             require_layer(&entry, layers[0])?;
         }
+        if let Some(missing) = wanted.iter().find(|name| !has_extension(&entry, None, name)) {
+            return Err(Error::NoDevice(format!(
+                "a window needs {} of the Vulkan driver, which is not there: add --headless to render without one",
+                missing.to_string_lossy()
+            )));
+        }
         let has_debug_utils = has_extension(&entry, None, ext::debug_utils::NAME)
             || layers.first().is_some_and(|layer| has_extension(&entry, Some(layer), ext::debug_utils::NAME));
-        let raw = create_instance(&entry, &layers, has_debug_utils, validation)?;
+        let raw = create_instance(&entry, &layers, wanted, has_debug_utils, validation)?;
         let messages = Messages::default();
         let messenger =
             (validation && has_debug_utils).then(|| create_messenger(&entry, &raw, &messages)).transpose()?;
-        Ok(Self { _entry: entry, raw, messenger, messages, has_debug_utils })
+        Ok(Self { entry, raw, messenger, messages, has_debug_utils })
     }
 
     /// Validation messages (warnings and errors) so far.
     #[must_use]
     pub fn messages(&self) -> Vec<String> {
         self.messages.lock().map(|list| list.clone()).unwrap_or_default()
+    }
+
+    pub(super) fn message_log(&self) -> Messages {
+        Arc::clone(&self.messages)
     }
 
     pub(super) fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
@@ -119,6 +134,7 @@ fn has_extension(entry: &ash::Entry, layer: Option<&CStr>, name: &CStr) -> bool 
 fn create_instance(
     entry: &ash::Entry,
     layers: &[&CStr],
+    wanted: &[&CStr],
     has_debug_utils: bool,
     validation: bool,
 ) -> Result<ash::Instance> {
@@ -127,7 +143,7 @@ fn create_instance(
         .engine_name(c"gridlight")
         .api_version(vk::API_VERSION_1_3);
     let layer_pointers: Vec<_> = layers.iter().map(|l| l.as_ptr()).collect();
-    let mut extensions = Vec::new();
+    let mut extensions: Vec<_> = wanted.iter().map(|name| name.as_ptr()).collect();
     if has_debug_utils {
         extensions.push(ext::debug_utils::NAME.as_ptr());
     }

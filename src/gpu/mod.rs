@@ -10,27 +10,41 @@ mod features;
 mod image;
 mod instance;
 mod markers;
+#[cfg(feature = "window")]
+mod panel;
 mod pipeline;
 mod readback;
 mod recorder;
 mod resources;
 mod scene_set;
 mod stepped;
+#[cfg(feature = "window")]
+mod surface;
+#[cfg(feature = "window")]
+mod swapchain;
+mod target;
 mod timers;
 mod transfer;
 mod word_image;
 mod work;
 
 pub use buffer::Buffer;
-pub use device::{Gpu, GpuOptions};
+pub use device::{Gpu, GpuOptions, ValidationLog};
 pub use executor::{Executor, FrameTicket, FrameTimes};
 pub use features::{DeviceReport, OptionalFeatures};
 pub use image::Image;
 pub use instance::{Instance, list_gpus};
+#[cfg(feature = "window")]
+pub use panel::{PanelPainter, PanelPicture};
 pub use readback::{SceneBytes, Written};
 pub use resources::MemoryUse;
 pub use scene_set::{SceneData, SceneSet};
 pub use stepped::{OnStep, SteppedFrame};
+#[cfg(feature = "window")]
+pub use surface::{Surface, WindowSource};
+#[cfg(feature = "window")]
+pub use swapchain::{Acquired, Presented, Swapchain, is_srgb};
+pub use target::{FRAMES_IN_FLIGHT, Overlay, Target};
 pub use work::{
     ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat, TransferOp,
     Viewport, Work,

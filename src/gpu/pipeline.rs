@@ -1,10 +1,12 @@
 //! Pipelines: compute and graphics, with their layouts.
 
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use ash::vk;
 
 use super::check;
+use super::descriptors::Sets;
 use super::device::Gpu;
 use super::work::{RasterDraw, RasterState};
 use crate::error::Result;
@@ -17,6 +19,34 @@ pub(super) struct Pipeline {
     pub layout: vk::PipelineLayout,
     pub push_stages: vk::ShaderStageFlags,
     gpu: Arc<Gpu>,
+}
+
+/// Pipelines that some frame still has, by everything that they are made of: a frame of another size, and the one
+/// before it, share them. Drivers that compile shaders at their first use do so once.
+#[derive(Default)]
+pub(super) struct PipelineCache(Mutex<HashMap<String, Weak<Pipeline>>>);
+
+impl PipelineCache {
+    /// The pipeline of this description, made by `create` when there is none.
+    fn find(&self, description: String, create: impl FnOnce() -> Result<Pipeline>) -> Result<Arc<Pipeline>> {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = known.get(&description).and_then(Weak::upgrade) {
+            return Ok(pipeline);
+        }
+        known.retain(|_, pipeline| pipeline.strong_count() > 0);
+        let pipeline = Arc::new(create()?);
+        known.insert(description, Arc::downgrade(&pipeline));
+        Ok(pipeline)
+    }
+}
+
+/// What of descriptor sets a pipeline depends on: layouts of the same bindings are compatible.
+fn describe(sets: &[&Sets]) -> String {
+    format!("{:?}", sets.iter().map(|set| &set.bindings).collect::<Vec<_>>())
+}
+
+fn raw_layouts(sets: &[&Sets]) -> Vec<vk::DescriptorSetLayout> {
+    sets.iter().map(|set| set.layout).collect()
 }
 
 impl Drop for Pipeline {
@@ -74,8 +104,20 @@ fn specialization_entries(count: usize) -> Vec<vk::SpecializationMapEntry> {
     (0..count as u32).map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 }).collect()
 }
 
-/// Creates a compute pipeline.
+/// A compute pipeline.
 pub(super) fn compute(
+    gpu: &Arc<Gpu>,
+    shader: &str,
+    constants: &[u32],
+    push_words: usize,
+    sets: &[&Sets],
+) -> Result<Arc<Pipeline>> {
+    let source = spirv::replaced_hash(shader);
+    let description = format!("{shader} {source:?} {constants:?} {push_words} {}", describe(sets));
+    gpu.pipelines.find(description, || create_compute(gpu, shader, constants, push_words, &raw_layouts(sets)))
+}
+
+fn create_compute(
     gpu: &Arc<Gpu>,
     shader: &str,
     constants: &[u32],
@@ -101,8 +143,23 @@ pub(super) fn compute(
     Ok(pipeline)
 }
 
-/// Creates a graphics pipeline for dynamic rendering into the given formats.
+/// A graphics pipeline for dynamic rendering into the given formats.
 pub(super) fn graphics(
+    gpu: &Arc<Gpu>,
+    draw: &RasterDraw,
+    color_formats: &[vk::Format],
+    depth_format: vk::Format,
+    sets: &[&Sets],
+) -> Result<Arc<Pipeline>> {
+    let RasterDraw { vertex, fragment, constants, push, state, .. } = draw;
+    let words = push.len();
+    let sources = [vertex, fragment].map(|name| (name, spirv::replaced_hash(name)));
+    let formats = format!("{color_formats:?} {depth_format:?}");
+    let description = format!("{sources:?} {constants:?} {words} {state:?} {formats} {}", describe(sets));
+    gpu.pipelines.find(description, || compile_graphics(gpu, draw, color_formats, depth_format, &raw_layouts(sets)))
+}
+
+fn compile_graphics(
     gpu: &Arc<Gpu>,
     draw: &RasterDraw,
     color_formats: &[vk::Format],

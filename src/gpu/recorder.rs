@@ -8,8 +8,10 @@ use ash::vk;
 use super::executor::{CompiledPass, Executor};
 use super::pipeline::Pipeline;
 use super::resources::{Physical, whole_image};
-use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Work};
-use crate::graph::Barrier;
+use super::target::{Overlay, Target};
+use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
+use crate::error::Result;
+use crate::graph::{Barrier, Handle, Lifetime};
 
 /// Records pass `index` of the executor's graph, with all its repetitions.
 pub(super) fn record_pass(executor: &Executor, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
@@ -25,8 +27,35 @@ pub(super) fn record_pass(executor: &Executor, commands: vk::CommandBuffer, inde
         Work::Compute(work) => compute(executor, commands, compiled, work, &work.push),
         Work::Raster(work) => raster(executor, commands, compiled, work),
         Work::Transfer(ops) => ops.iter().for_each(|op| transfer(executor, commands, op, frame_data)),
+        Work::Overlay => {}
     }
     end_label(executor, commands);
+}
+
+/// Records the pass that draws over the finished frame.
+pub(super) fn record_overlay(
+    executor: &Executor,
+    commands: vk::CommandBuffer,
+    index: usize,
+    target: &Target,
+    overlay: &mut Overlay,
+) -> Result<()> {
+    begin_label(executor, commands, &executor.graph.passes()[index].name);
+    barriers(executor, commands, &executor.plan.passes[index].barriers);
+    let color = [vk::RenderingAttachmentInfo::default()
+        .image_view(target.view)
+        .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
+        .load_op(vk::AttachmentLoadOp::LOAD)
+        .store_op(vk::AttachmentStoreOp::STORE)];
+    let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: target.extent };
+    let info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color);
+    // SAFETY: the plan has brought the image to this layout; the scope is ended below.
+    unsafe { executor.gpu.device.cmd_begin_rendering(commands, &info) };
+    let drawn = overlay(commands, target.extent);
+    // SAFETY: ends the scope begun above.
+    unsafe { executor.gpu.device.cmd_end_rendering(commands) };
+    end_label(executor, commands);
+    drawn
 }
 
 /// Records some of the repetitions of a repeated pass; those before them must have been recorded earlier.
@@ -191,7 +220,9 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
         };
         attachment(d.image, layout, clear, store)
     });
-    let [width, height] = work.extent_px;
+    // An acquired image has the size of the window, which the graph does not know.
+    let whole = acquired_size(executor, work);
+    let [width, height] = whole.unwrap_or(work.extent_px);
     let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
     let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
     if let Some(depth) = &depth {
@@ -202,15 +233,21 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
     for (draw, pipeline) in work.draws.iter().zip(&compiled.pipelines) {
         bind(executor, commands, compiled, pipeline, vk::PipelineBindPoint::GRAPHICS, work.uses_scene);
         push(executor, commands, pipeline, &draw.push);
-        set_viewport(executor, commands, draw);
+        set_viewport(executor, commands, whole.map_or(draw.viewport, |[w, h]| Viewport::whole(w, h)));
         record_draw(executor, commands, pipeline, draw);
     }
     // SAFETY: ends the scope begun above.
     unsafe { executor.gpu.device.cmd_end_rendering(commands) };
 }
 
-fn set_viewport(executor: &Executor, commands: vk::CommandBuffer, draw: &RasterDraw) {
-    let v = draw.viewport;
+fn acquired_size(executor: &Executor, work: &RasterWork) -> Option<[u32; 2]> {
+    let target = work.colors.first()?.image;
+    let resource = &executor.graph.resources()[Handle::from(target).index()];
+    let info = executor.resources.image(target).2;
+    (resource.lifetime == Lifetime::Acquired).then_some([info.width_px, info.height_px])
+}
+
+fn set_viewport(executor: &Executor, commands: vk::CommandBuffer, v: Viewport) {
     let viewport =
         vk::Viewport { x: v.x_px, y: v.y_px, width: v.width_px, height: v.height_px, min_depth: 0.0, max_depth: 1.0 };
     let [x, y, width, height] = v.scissor_px;

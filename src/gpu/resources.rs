@@ -21,6 +21,13 @@ pub(super) enum Physical {
     Image { raw: vk::Image, view: vk::ImageView, info: ImageInfo },
 }
 
+impl Physical {
+    /// Stands for an image that the frame does not have now.
+    pub(super) fn unacquired(info: ImageInfo) -> Self {
+        Self::Image { raw: vk::Image::null(), view: vk::ImageView::null(), info }
+    }
+}
+
 /// Memory figures of a compiled frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MemoryUse {
@@ -53,7 +60,11 @@ impl Resources {
         let mut resources =
             Self { list: Vec::new(), memory: MemoryUse::default(), allocations: Vec::new(), gpu: Arc::clone(gpu) };
         for (index, resource) in graph.resources().iter().enumerate() {
-            let physical = resources.create(graph, index, &resource.name, resource.info)?;
+            let physical = match (resource.lifetime, resource.info) {
+                // Another one in every frame: see `Executor::submit_to`.
+                (Lifetime::Acquired, ResourceInfo::Image(info)) => Physical::unacquired(info),
+                _ => resources.create(graph, index, &resource.name, resource.info)?,
+            };
             resources.list.push(physical);
         }
         let mut classes = Vec::new();
@@ -174,7 +185,8 @@ impl Resources {
 
     fn bind_single(&mut self, graph: &Graph<Work>, aliases: &AliasPlan) -> Result<()> {
         for index in 0..self.list.len() {
-            if aliases.placements[index].is_none() {
+            let ours = graph.resources()[index].lifetime != Lifetime::Acquired;
+            if ours && aliases.placements[index].is_none() {
                 let (needs, is_image) = self.memory_requirements(index);
                 let slot = self.allocate(&graph.resources()[index].name, needs, !is_image)?;
                 self.bind(index, slot, 0)?;
@@ -215,7 +227,9 @@ impl Resources {
 
     fn create_views(&mut self, graph: &Graph<Work>) -> Result<()> {
         for (physical, resource) in self.list.iter_mut().zip(graph.resources()) {
-            if let Physical::Image { raw, view, info } = physical {
+            if let Physical::Image { raw, view, info } = physical
+                && *raw != vk::Image::null()
+            {
                 let create = vk::ImageViewCreateInfo::default()
                     .image(*raw)
                     .view_type(vk::ImageViewType::TYPE_2D)

@@ -95,6 +95,11 @@ impl Sampler {
 }
 
 impl SceneSet {
+    /// The buffer of `PunctualLight`s.
+    pub(super) fn lights(&self) -> &Buffer {
+        &self.buffers[1]
+    }
+
     /// Uploads a scene.
     ///
     /// # Errors

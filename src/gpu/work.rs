@@ -14,6 +14,8 @@ pub enum Work {
     Raster(RasterWork),
     /// Fills, updates and copies.
     Transfer(Vec<TransferOp>),
+    /// What is drawn over the frame from outside, such as a panel, into the acquired image.
+    Overlay,
 }
 
 /// One compute dispatch.

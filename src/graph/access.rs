@@ -53,6 +53,8 @@ pub enum Access {
     TransferWrite,
     /// Read by the host after the frame's completion has been waited for.
     HostRead,
+    /// Shown by the presentation engine after the frame; only for the image that comes from outside.
+    Present,
 }
 
 /// What one access means to Vulkan: which stages touch the memory, how, and in which image layout.
@@ -123,6 +125,8 @@ impl Access {
             Self::TransferRead => (Stage::ALL_TRANSFER, Mask::TRANSFER_READ, ImageLayout::TRANSFER_SRC_OPTIMAL),
             Self::TransferWrite => (Stage::ALL_TRANSFER, Mask::TRANSFER_WRITE, ImageLayout::TRANSFER_DST_OPTIMAL),
             Self::HostRead => (Stage::HOST, Mask::HOST_READ, ImageLayout::UNDEFINED),
+            // The semaphore that presentation waits for makes the contents visible.
+            Self::Present => (Stage::ALL_COMMANDS, Mask::NONE, ImageLayout::PRESENT_SRC_KHR),
         };
         let layout = if kind == Kind::Buffer { ImageLayout::UNDEFINED } else { layout };
         SyncScope { stages, access, layout }
@@ -156,6 +160,7 @@ impl Access {
     pub fn fits(self, kind: Kind) -> bool {
         match kind {
             Kind::Buffer => !self.buffer_usage().is_empty() || self == Self::HostRead,
+            Kind::Color if self == Self::Present => true,
             Kind::Color => {
                 !self.image_usage().is_empty()
                     && !self.image_usage().contains(ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)

@@ -120,6 +120,11 @@ impl<P> Graph<P> {
         ImageHandle(self.resource_slot(name, ResourceInfo::Image(info), Lifetime::Persistent))
     }
 
+    /// An image that is handed over anew for every frame, such as one of a swapchain; the frame writes all of it.
+    pub fn acquired_image(&mut self, name: &str, info: ImageInfo) -> ImageHandle {
+        ImageHandle(self.resource_slot(name, ResourceInfo::Image(info), Lifetime::Acquired))
+    }
+
     /// Appends a pass to the frame.
     pub fn add_pass(&mut self, pass: Pass<P>) -> PassId {
         self.passes.push(pass);

@@ -15,7 +15,7 @@ pub fn to_dot<P>(graph: &Graph<P>, plan: &Plan) -> String {
         let style = match resource.lifetime {
             Lifetime::Transient => "dashed",
             Lifetime::Persistent => "solid",
-            Lifetime::Imported => "bold",
+            Lifetime::Imported | Lifetime::Acquired => "bold",
         };
         line(&mut dot, &format!("r{index} [shape=ellipse, style={style}, label=\"{}\"];", resource_label(resource)));
     }
@@ -52,6 +52,7 @@ fn resource_label(resource: &Resource) -> String {
         Lifetime::Transient => "transient",
         Lifetime::Persistent => "persistent",
         Lifetime::Imported => "imported",
+        Lifetime::Acquired => "acquired",
     };
     let shape = match resource.info {
         ResourceInfo::Buffer(info) => format!("{} bytes", info.size_bytes),

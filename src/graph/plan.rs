@@ -86,8 +86,10 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
     // The first run finds the state a frame leaves behind; the second plans the frame that starts from it.
     for _ in 0..2 {
         for (state, resource) in states.iter_mut().zip(resources) {
-            if resource.lifetime == Lifetime::Transient {
-                state.layout = Some(ImageLayout::UNDEFINED);
+            match resource.lifetime {
+                Lifetime::Transient => state.layout = Some(ImageLayout::UNDEFINED),
+                Lifetime::Acquired => *state = State::acquired(),
+                Lifetime::Persistent | Lifetime::Imported => {}
             }
         }
         passes.clear();
@@ -140,6 +142,12 @@ struct State {
 }
 
 impl State {
+    /// What an acquired image begins a frame with: no contents, and nobody may touch it before the stage at which
+    /// the semaphore of its acquisition is waited for.
+    fn acquired() -> Self {
+        Self { write_stages: Stage::COLOR_ATTACHMENT_OUTPUT, layout: Some(ImageLayout::UNDEFINED), ..Self::default() }
+    }
+
     /// Moves past one pass; the barrier to record before it, if it needs one.
     fn advance(&mut self, need: &Need) -> Option<Barrier> {
         let scope = need.scope;

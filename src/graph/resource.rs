@@ -101,6 +101,9 @@ pub enum Lifetime {
     Persistent,
     /// Owned outside the graph (scene data); buffers only, never written by a pass.
     Imported,
+    /// An image that is another one in every frame (of a swapchain) and comes without contents, once a semaphore
+    /// has been waited for at the colour attachment output stage.
+    Acquired,
 }
 
 /// One resource of the graph.

@@ -21,6 +21,7 @@ pub mod light_gather;
 pub mod light_volumes;
 pub mod merge;
 pub mod path_trace;
+pub mod present;
 pub mod reference;
 pub mod shadow_rays;
 pub mod tone_map;

@@ -2,19 +2,23 @@
 //!
 //! The keys of a settings file are the long options of the command line, without the dashes.
 
+mod edit;
 mod validate;
 mod values;
 mod view_rules;
+mod window_values;
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
+pub use edit::plain;
 pub use values::{
     Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints,
     Size, Switch, Technique, View, name,
 };
+pub use window_values::{PresentMode, RenderScale};
 
 /// Everything that decides what is rendered and where it goes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -104,6 +108,10 @@ pub struct Settings {
     pub gpu: Option<String>,
     /// Run under the validation layers, and fail on any message.
     pub validation: bool,
+    /// How the window's pictures take turns.
+    pub present_mode: PresentMode,
+    /// Edge of the rendered picture as a fraction of the window's.
+    pub render_scale: RenderScale,
 }
 
 impl Default for Settings {
@@ -148,6 +156,8 @@ impl Default for Settings {
             dump: None,
             gpu: None,
             validation: false,
+            present_mode: PresentMode::Fifo,
+            render_scale: RenderScale::Auto,
         }
     }
 }
@@ -280,6 +290,8 @@ mod tests {
             dump: Some("d".into()),
             gpu: Some("llvmpipe".into()),
             validation: true,
+            present_mode: PresentMode::Mailbox,
+            render_scale: RenderScale::Fixed(0.5),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::{Build, Exposure, Levels, LightSet, LightingMode, Reservoir, Scatter, Settings, Technique, name};
+use super::{Build, Exposure, Levels, LightSet, LightingMode, RenderScale, Reservoir, Scatter, Settings, Technique, name};
 use crate::report::files::FileKind;
 use crate::{Error, Result};
 
@@ -29,6 +29,11 @@ impl Settings {
         })?;
         if let Exposure::Fixed(factor) = self.exposure {
             above_zero("exposure", factor)?;
+        }
+        if let RenderScale::Fixed(scale) = self.render_scale {
+            require((0.05..=1.0).contains(&scale), || {
+                format!("render-scale must be `auto` or from 0.05 to 1, not {scale}")
+            })?;
         }
         Ok(())
     }
@@ -192,6 +197,10 @@ mod tests {
             assert_eq!(complaint(|s| s.alpha = bad), format!("alpha must be a finite number above 0, not {bad}"));
             let sentence = format!("exposure must be a finite number above 0, not {bad}");
             assert_eq!(complaint(|s| s.exposure = Exposure::Fixed(bad)), sentence);
+        }
+        for bad in [f32::NAN, 0.0, 0.04, 1.5] {
+            let sentence = format!("render-scale must be `auto` or from 0.05 to 1, not {bad}");
+            assert_eq!(complaint(|s| s.render_scale = RenderScale::Fixed(bad)), sentence);
         }
         for bad in [f32::NAN, f32::NEG_INFINITY, -0.5] {
             assert_eq!(complaint(|s| s.clamp = bad), format!("clamp must be a finite number, 0 or above, not {bad}"));

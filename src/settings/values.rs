@@ -309,7 +309,7 @@ impl fmt::Display for Word {
     }
 }
 
-fn from_word<'de, D, T>(deserializer: D, expected: &str) -> Result<T, D::Error>
+pub(super) fn from_word<'de, D, T>(deserializer: D, expected: &str) -> Result<T, D::Error>
 where
     D: Deserializer<'de>,
     T: FromStr<Err = String>,

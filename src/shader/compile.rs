@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::source::{ShaderSource, all_sources};
+use super::spirv;
 use super::variants::Stage;
 use crate::error::{Error, Result};
 
@@ -25,7 +26,7 @@ pub fn compile(compiler: &shaderc::Compiler, source: &ShaderSource) -> Result<Ve
     };
     let artifact = compiler
         .compile_into_spirv(&source.text, kind, &source.name, "main", Some(&options))
-        .map_err(|e| failure(&e))?;
+        .map_err(|e| Error::Failure(source.relocate(&e.to_string())))?;
     Ok(artifact.as_binary_u8().to_vec())
 }
 
@@ -56,6 +57,26 @@ pub fn compile_all(shaders_dir: &Path) -> Result<Vec<String>> {
     let text = serde_json::to_string_pretty(&manifest).map_err(|e| Error::file(&manifest_path, e))?;
     std::fs::write(&manifest_path, text + "\n").map_err(|e| Error::file(&manifest_path, e))?;
     Ok(compiled)
+}
+
+/// Compiles the shaders under `shaders/` whose sources are not those in use, and puts them in use in place of the embedded
+/// ones. Returns their names. All or none: with an error everything stays in use as it was.
+///
+/// # Errors
+/// With file and line when a source does not compile.
+pub fn reload(shaders_dir: &Path) -> Result<Vec<String>> {
+    let compiler = shaderc::Compiler::new().map_err(|e| Error::Failure(format!("shaderc: {e}")))?;
+    let mut fresh = Vec::new();
+    for source in all_sources(shaders_dir)? {
+        let hash = source.hash();
+        if spirv::hash_in_use(&source.name).as_ref() != Some(&hash) {
+            let bytes = compile(&compiler, &source)?;
+            fresh.push((source.name.clone(), hash, bytes));
+        }
+    }
+    let names = fresh.iter().map(|(name, ..)| name.clone()).collect();
+    fresh.into_iter().for_each(|(name, hash, bytes)| spirv::replace(name, hash, &bytes));
+    Ok(names)
 }
 
 fn remove_orphans(out_dir: &Path, manifest: &BTreeMap<String, String>) -> Result<()> {

@@ -21,9 +21,28 @@ pub struct ShaderSource {
     pub stage: Stage,
     /// The source with includes expanded and defines inserted.
     pub text: String,
+    /// File and line that each line of the text is from.
+    pub origins: Vec<(PathBuf, usize)>,
 }
 
 impl ShaderSource {
+    /// A message of the compiler with lines of the text replaced by those of the files that they are from.
+    #[must_use]
+    pub fn relocate(&self, message: &str) -> String {
+        let place = format!("{}:", self.name);
+        let mut parts = message.split(&place);
+        let mut relocated = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let digits = part.bytes().take_while(u8::is_ascii_digit).count();
+            let origin = part[..digits].parse::<usize>().ok().and_then(|line| self.origins.get(line.checked_sub(1)?));
+            match origin {
+                Some((file, line)) => relocated += &format!("{}:{line}{}", file.display(), &part[digits..]),
+                None => relocated += &format!("{place}{part}"),
+            }
+        }
+        relocated
+    }
+
     /// SHA-256 of the flattened source, as lower-case hex.
     #[must_use]
     pub fn hash(&self) -> String {
@@ -72,30 +91,35 @@ fn flatten(shaders_dir: &Path, file: &Path, variant: &Variant) -> Result<ShaderS
     for (key, value) in &variant.defines {
         let _ = writeln!(text, "#define {key} {value}");
     }
-    let mut seen = BTreeSet::new();
-    include(shaders_dir, file, &mut seen, &mut text)?;
-    Ok(ShaderSource { name: variant.name.clone(), stage: variant.stage, text })
+    let origins = vec![(file.to_path_buf(), 0); 1 + variant.defines.len()];
+    let mut source = ShaderSource { name: variant.name.clone(), stage: variant.stage, text, origins };
+    include(shaders_dir, file, &mut BTreeSet::new(), &mut source)?;
+    Ok(source)
 }
 
 /// Appends `file` with its `#include "path"` lines (relative to `shaders/`) expanded, each file once.
-fn include(shaders_dir: &Path, file: &Path, seen: &mut BTreeSet<PathBuf>, text: &mut String) -> Result<()> {
+fn include(shaders_dir: &Path, file: &Path, seen: &mut BTreeSet<PathBuf>, into: &mut ShaderSource) -> Result<()> {
     if !seen.insert(file.to_path_buf()) {
         return Ok(());
     }
     let source = std::fs::read_to_string(file).map_err(|e| Error::file(file, e))?;
-    for line in source.lines() {
+    for (index, line) in source.lines().enumerate() {
         let Some(rest) = line.trim_start().strip_prefix("#include \"") else {
-            text.push_str(line);
-            text.push('\n');
+            into.text.push_str(line);
+            into.text.push('\n');
+            into.origins.push((file.to_path_buf(), index + 1));
             continue;
         };
         let target = rest.trim_end().trim_end_matches('"');
         if target == CONSTANTS_INCLUDE {
             if seen.insert(PathBuf::from(CONSTANTS_INCLUDE)) {
-                text.push_str(&shared::glsl_constants());
+                let constants = shared::glsl_constants();
+                let lines = constants.lines().count();
+                into.text.push_str(&constants);
+                into.origins.extend((1..=lines).map(|line| (PathBuf::from(CONSTANTS_INCLUDE), line)));
             }
         } else {
-            include(shaders_dir, &shaders_dir.join(target), seen, text)?;
+            include(shaders_dir, &shaders_dir.join(target), seen, into)?;
         }
     }
     Ok(())
@@ -121,6 +145,11 @@ mod tests {
         assert_eq!(sources[0].name, "do_it.comp");
         assert_eq!(sources[0].text.matches("// a").count(), 1);
         assert!(sources[0].text.contains("#define WORKGROUP_SIZE"));
+        // The text's lines and their origins go together.
+        assert_eq!(sources[0].origins.len(), sources[0].text.lines().count());
+        let line = 1 + sources[0].text.lines().position(|line| line == "// b").unwrap();
+        let message = sources[0].relocate(&format!("do_it.comp:{line}: error: no such thing"));
+        assert!(message.ends_with("b.glsl:2: error: no such thing"), "{message}");
     }
 
     #[test]

@@ -1,19 +1,60 @@
-//! The committed SPIR-V, embedded in the binary by `build.rs` from `shaders/spirv/`.
+//! The committed SPIR-V, embedded in the binary by `build.rs` from `shaders/spirv/`, and what has been compiled anew since
+//! the program runs.
+
+use std::collections::BTreeMap;
+use std::sync::{PoisonError, RwLock};
 
 use crate::error::{Error, Result};
 
 include!(concat!(env!("OUT_DIR"), "/spirv_table.rs"));
+
+/// A shader that replaces the embedded one of its name.
+struct Replacement {
+    hash: String,
+    words: Vec<u32>,
+}
+
+static REPLACED: RwLock<BTreeMap<String, Replacement>> = RwLock::new(BTreeMap::new());
 
 /// The SPIR-V words of the shader variant `name`, as in `gbuffer/draw_scene.frag`.
 ///
 /// # Errors
 /// When no such variant was compiled into `shaders/spirv/`.
 pub fn words(name: &str) -> Result<Vec<u32>> {
+    if let Some(replacement) = REPLACED.read().unwrap_or_else(PoisonError::into_inner).get(name) {
+        return Ok(replacement.words.clone());
+    }
     let bytes = SPIRV_TABLE
         .binary_search_by(|(key, _)| (*key).cmp(name))
         .map(|index| SPIRV_TABLE[index].1)
         .map_err(|_| Error::Failure(format!("shader `{name}` is not in shaders/spirv (run tools/compile-shaders)")))?;
-    Ok(bytes.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect())
+    Ok(to_words(bytes))
+}
+
+fn to_words(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect()
+}
+
+/// Puts other SPIR-V in use, with the hash of its source.
+pub fn replace(name: String, hash: String, bytes: &[u8]) {
+    let replacement = Replacement { hash, words: to_words(bytes) };
+    REPLACED.write().unwrap_or_else(PoisonError::into_inner).insert(name, replacement);
+}
+
+/// Hash of the source of the SPIR-V in use that replaces the embedded one, if any does.
+#[must_use]
+pub fn replaced_hash(name: &str) -> Option<String> {
+    REPLACED.read().unwrap_or_else(PoisonError::into_inner).get(name).map(|replacement| replacement.hash.clone())
+}
+
+/// Hash of the source of the SPIR-V in use.
+#[must_use]
+pub fn hash_in_use(name: &str) -> Option<String> {
+    let embedded = || {
+        let manifest = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/spirv/manifest.json"));
+        serde_json::from_str::<BTreeMap<String, String>>(manifest).ok()?.remove(name)
+    };
+    replaced_hash(name).or_else(embedded)
 }
 
 /// Names of every embedded shader variant, sorted.

@@ -47,6 +47,12 @@ pub fn check<P>(
         }
     }
     for frame in 0..3 {
+        for (index, resource) in graph.resources().iter().enumerate() {
+            if resource.lifetime == Lifetime::Acquired {
+                layouts[index] = ImageLayout::UNDEFINED;
+                cells[cells_of[index].clone()].iter_mut().for_each(|cell| *cell = acquired());
+            }
+        }
         for (pass, planned) in graph.passes().iter().zip(&plan.passes) {
             let context = |what: &str, resource: usize| {
                 format!("frame {frame}, pass {}, {}: {what}", pass.name, graph.resources()[resource].name)
@@ -89,6 +95,13 @@ pub fn check<P>(
         }
     }
     Ok(())
+}
+
+/// Memory that another queue was using until a semaphore, which is waited for before colours are written.
+fn acquired() -> Cell {
+    let stage = Stage::COLOR_ATTACHMENT_OUTPUT.as_raw();
+    let waited = Op { stage, write: 0, ordered: 0, available: true, visible: HashSet::new() };
+    Cell { ops: vec![waited], owner: None }
 }
 
 fn cut(resources: usize, placed: Option<(&AliasPlan, &[Option<Requirement>])>) -> (Vec<Range<usize>>, usize) {

@@ -261,3 +261,27 @@ fn a_repeated_pass_waits_for_its_own_writes() {
     assert_eq!(plan.passes[1].between, between, "what it only reads needs no barrier");
     assert!(plan.passes[0].between.is_empty(), "other passes run once");
 }
+
+#[test]
+fn an_acquired_image_is_another_one_in_every_frame() {
+    let mut frame = Graph::new();
+    let picture = frame.transient_image("picture", color());
+    let shown = frame.acquired_image("window", color());
+    frame.add_pass(pass("shade").bind(0, picture, Access::ComputeWrite));
+    let draw = pass("draw").bind(0, picture, Access::FragmentSampled);
+    frame.add_pass(draw.uses(shown, Access::ColorAttachmentWrite));
+    frame.add_pass(pass("panel").uses(shown, Access::ColorAttachmentBlend));
+    frame.add_pass(pass("present").uses(shown, Access::Present));
+    let plan = planned(&frame);
+    let attachment = ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+    // The stage at which the acquisition's semaphore is waited for; the contents are dropped in every frame.
+    let acquired = only_order(Stage::COLOR_ATTACHMENT_OUTPUT);
+    let first = transition(shown, (NO_LAYOUT, attachment), acquired, COLOR_WRITE);
+    assert!(plan.passes[1].barriers.contains(&first), "{:?}", plan.passes[1]);
+    let blend = (COLOR_WRITE.0, Mask::COLOR_ATTACHMENT_READ | Mask::COLOR_ATTACHMENT_WRITE);
+    assert_eq!(plan.passes[2].barriers, [memory(shown, attachment, COLOR_WRITE, blend)]);
+    let last =
+        transition(shown, (attachment, ImageLayout::PRESENT_SRC_KHR), COLOR_WRITE, only_order(Stage::ALL_COMMANDS));
+    assert_eq!(plan.passes[3].barriers, [last]);
+    assert!(plan.initial.is_empty());
+}

@@ -1,6 +1,9 @@
 //! Runs the built program, and makes small scenes for it.
 #![allow(dead_code, reason = "every test binary uses its own part of this")]
 
+pub mod golden;
+pub mod xvfb;
+
 use std::ffi::OsStr;
 use std::path::Path;
 use std::process::{Command, Stdio};

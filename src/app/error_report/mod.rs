@@ -30,7 +30,7 @@ pub fn report(settings: &Settings, options: &ErrorReportOptions, quiet: bool) ->
     let progress = Progress::new(quiet);
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
-    let camera = find_camera(&scene, settings.camera.as_deref())?;
+    let camera = &find_camera(&scene, settings.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
     // What `None` stood for.
     let settings = Settings { reservoir: Some(renderer::reservoir_mode(&gpu, settings)?), ..settings.clone() };

@@ -1,0 +1,57 @@
+//! What can be done in the window, by keys, by the panel or by a script.
+
+use std::path::PathBuf;
+
+use winit::keyboard::KeyCode;
+
+/// One thing to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Give the window this size in pixels; 0 in either takes its area away, as minimising does on some systems.
+    Resize([u32; 2]),
+    /// Press a key.
+    Press(KeyCode),
+    /// Let go of a key.
+    Release(KeyCode),
+    /// Turn the camera as the mouse does, right and down in pixels.
+    Look([f32; 2]),
+    /// Go to a camera of the scene, counted from 0.
+    Camera(usize),
+    /// Show or hide the panel.
+    Panel,
+    /// Give a setting a value, both as in a settings file.
+    Set(String, String),
+    /// Give a setting its default.
+    Reset(String),
+    /// Take all settings from others, but for the scene, the device and the window.
+    Preset(&'static str),
+    /// Turn the sun: azimuth and elevation in degrees.
+    Sun([f32; 2]),
+    /// Let the sun turn by itself, degrees in a second.
+    SunSpeed(f32),
+    /// Count the lights of each level and the rays.
+    Count,
+    /// Open a scene.
+    Open(PathBuf),
+    /// Save the picture: to a `.png` or `.exr` file, or both beside the settings under a name without an extension;
+    /// without any name under the next free one.
+    Screenshot(Option<PathBuf>),
+    /// Save the settings.
+    SaveSettings(PathBuf),
+    /// Load settings.
+    LoadSettings(PathBuf),
+    /// Stop or resume time.
+    Pause,
+    /// One step of time, which then stands still.
+    Step,
+    /// Compile the shaders that have changed.
+    Reload,
+    /// Full screen or not.
+    Fullscreen,
+    /// Minimise the window.
+    Minimise,
+    /// Bring it back.
+    Restore,
+    /// Leave.
+    Quit,
+}

@@ -1,0 +1,73 @@
+//! Scenes loaded on a thread while the window goes on.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+use crate::app::headless::read_scene;
+use crate::renderer::ReadyScene;
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+/// A scene that is ready for upload.
+pub struct Loaded {
+    /// The file, `None` for the built-in scene.
+    pub path: Option<PathBuf>,
+    /// The scene.
+    pub scene: Scene,
+    /// What is computed from it.
+    pub ready: ReadyScene,
+}
+
+/// A scene that is being loaded.
+pub struct Loading {
+    path: Option<PathBuf>,
+    step: Arc<Mutex<String>>,
+    thread: JoinHandle<Result<Loaded>>,
+}
+
+impl Loading {
+    /// Starts to load a file or the built-in scene, for a device whose image arrays end at `array_layers`.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn start(path: Option<PathBuf>, array_layers: u32) -> Result<Self> {
+        let step = Arc::new(Mutex::new("reading".to_owned()));
+        let (shared, file) = (Arc::clone(&step), path.clone());
+        let load = move || {
+            let say = |text: String| {
+                if let Ok(mut step) = shared.lock() {
+                    *step = text;
+                }
+            };
+            let report = |step: &str, done: u64, total: u64| say(format!("{step} {} %", 100 * done / total.max(1)));
+            let scene = read_scene(file.as_deref(), &report)?;
+            say("BVH".to_owned());
+            let ready = ReadyScene::new(&scene, array_layers);
+            Ok(Loaded { path: file, scene, ready })
+        };
+        let thread = std::thread::Builder::new().name("scene loader".to_owned()).spawn(load);
+        let thread = thread.map_err(|error| Error::Failure(format!("no thread to load the scene with: {error}")))?;
+        Ok(Self { path, step, thread })
+    }
+
+    /// What is being done, in a few words.
+    pub fn progress(&self) -> String {
+        let name = self.path.as_ref().and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned());
+        let step = self.step.lock().map(|step| step.clone()).unwrap_or_default();
+        format!("loading {}: {step}", name.as_deref().unwrap_or("the built-in scene"))
+    }
+
+    /// Whether [`Self::finish`] would not wait.
+    pub fn is_finished(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// The scene, or why there is none.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub fn finish(self) -> Result<Loaded> {
+        self.thread.join().unwrap_or_else(|_| Err(Error::Failure("loading the scene failed".to_owned())))
+    }
+}

@@ -1,0 +1,310 @@
+//! The panel: egui over the picture.
+
+pub mod facts;
+pub mod history;
+mod rows;
+mod times;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use egui::{Align2, Color32, Context, RichText, Ui};
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use self::facts::{Counts, Facts};
+use self::rows::Rows;
+use super::action::Action;
+use super::presets::PRESETS;
+use crate::gpu::PanelPicture;
+
+/// Seconds that a message stays.
+const MESSAGE_S: u64 = 4;
+/// Width of the panel in points.
+const WIDTH: f32 = 380.0;
+const ERROR: Color32 = Color32::from_rgb(255, 130, 120);
+
+/// The panel and what it remembers.
+pub struct Panel {
+    context: Context,
+    input: egui_winit::State,
+    visible: bool,
+    rows: Rows,
+    counts: Option<Counts>,
+    error: Option<String>,
+    message: Option<(Instant, String)>,
+    settings_file: String,
+    scene_file: String,
+    repaint: bool,
+}
+
+impl Panel {
+    /// Hidden at first, with a word on how to show it.
+    pub fn new(window: &Window) -> Self {
+        let context = Context::default();
+        context.set_theme(egui::Theme::Dark);
+        let scale = Some(window.scale_factor() as f32);
+        let input = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, None);
+        let hello =
+            "Tab: settings and times    W A S D Q E, mouse button: move    1-9: cameras    Esc: leave".to_owned();
+        Self {
+            context,
+            input,
+            visible: false,
+            rows: Rows::new(),
+            counts: None,
+            error: None,
+            message: Some((Instant::now(), hello)),
+            settings_file: "gridlight.toml".to_owned(),
+            scene_file: String::new(),
+            repaint: true,
+        }
+    }
+
+    /// Shows or hides the panel.
+    pub fn toggle(&mut self) {
+        self.visible = !self.visible;
+    }
+
+    /// Shows an error until something is changed.
+    pub fn show_error(&mut self, sentence: String) {
+        self.error = Some(sentence);
+    }
+
+    /// The error is past.
+    pub fn clear_error(&mut self) {
+        self.error = None;
+    }
+
+    /// Shows a message for a few seconds.
+    pub fn say(&mut self, text: String) {
+        self.message = Some((Instant::now(), text));
+    }
+
+    /// Shows what a frame counted.
+    pub fn set_counts(&mut self, counts: Counts) {
+        self.counts = Some(counts);
+    }
+
+    /// Whether the panel moves by itself.
+    pub fn wants_repaint(&self) -> bool {
+        self.repaint || self.message.is_some()
+    }
+
+    /// Lets egui see an event; true when it is not for the picture.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        let response = self.input.on_window_event(window, event);
+        match event {
+            // Keys that a text or an open list is waiting for are theirs.
+            WindowEvent::KeyboardInput { .. } => {
+                self.visible && (self.context.egui_wants_keyboard_input() || egui::Popup::is_any_open(&self.context))
+            }
+            WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
+                self.visible && (self.context.egui_wants_pointer_input() || self.context.is_pointer_over_egui())
+            }
+            _ => response.consumed,
+        }
+    }
+
+    /// Lays the panel out; gives what to draw and what the user wants.
+    pub fn run(&mut self, window: &Window, facts: &Facts<'_>) -> (PanelPicture, Vec<Action>) {
+        if self.message.as_ref().is_some_and(|(since, _)| since.elapsed() > Duration::from_secs(MESSAGE_S)) {
+            self.message = None;
+        }
+        let input = self.input.take_egui_input(window);
+        let mut actions = Vec::new();
+        let context = self.context.clone();
+        let output = context.run_ui(input, |ui| self.lay_out(ui, facts, &mut actions));
+        self.input.handle_platform_output(window, output.platform_output);
+        self.repaint = context.has_requested_repaint();
+        let picture = PanelPicture {
+            primitives: context.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+        };
+        (picture, actions)
+    }
+
+    fn lay_out(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+        if self.visible {
+            let panel = egui::Panel::right("panel").default_size(WIDTH).resizable(true);
+            panel.show(ui, |ui| {
+                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.contents(ui, facts, actions));
+            });
+        }
+        self.notes(ui, facts);
+    }
+
+    /// What is shown over the picture, panel or not.
+    fn notes(&self, ui: &Ui, facts: &Facts<'_>) {
+        let mut lines = Vec::new();
+        lines.extend(facts.loading.clone().map(|text| (text, Color32::LIGHT_YELLOW)));
+        lines.extend(self.message.clone().map(|(_, text)| (text, Color32::WHITE)));
+        lines.extend(self.error.clone().map(|text| (text, ERROR)));
+        if lines.is_empty() {
+            return;
+        }
+        egui::Area::new("notes".into()).anchor(Align2::LEFT_BOTTOM, [8.0, -8.0]).interactable(false).show(
+            ui.ctx(),
+            |ui| {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    ui.set_max_width((ui.ctx().content_rect().width() - 40.0).max(40.0));
+                    for (text, color) in lines {
+                        ui.label(RichText::new(text).color(color));
+                    }
+                });
+            },
+        );
+    }
+
+    fn contents(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+        self.summary(ui, facts, actions);
+        egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| times::show(ui, facts));
+        egui::CollapsingHeader::new("Memory and counts").show(ui, |ui| self.memory(ui, facts, actions));
+        egui::CollapsingHeader::new("Presets and files").default_open(true).show(ui, |ui| {
+            self.presets(ui, facts, actions);
+        });
+        self.rows.show(ui, facts, actions);
+        ui.add_space(12.0);
+    }
+
+    fn summary(&self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+        ui.add_space(6.0);
+        ui.label(RichText::new(facts.device).small());
+        let [width, height] = facts.window_px;
+        let reason = if facts.scale_is_chosen { ", chosen for about 10 frames/s" } else { "" };
+        ui.label(format!(
+            "{:.1} frames/s, {} pixels in {width}x{height}{reason}",
+            facts.history.frames_per_second(),
+            facts.picture
+        ));
+        if facts.settings.accumulate > 1 {
+            let goal = facts.settings.accumulate;
+            let done = facts.accumulated.min(goal);
+            ui.add(egui::ProgressBar::new(done as f32 / goal as f32).text(format!("mean of {done} of {goal} frames")));
+        }
+        ui.horizontal_wrapped(|ui| {
+            if ui
+                .button("Screenshot (F6)")
+                .on_hover_text("EXR, PNG and the settings, in the working directory")
+                .clicked()
+            {
+                actions.push(Action::Screenshot(None));
+            }
+            let pause = if facts.paused { "Go on (Space)" } else { "Pause (Space)" };
+            if ui.button(pause).on_hover_text("Time stands still: the sun's own turn, and new frames").clicked() {
+                actions.push(Action::Pause);
+            }
+            if ui.button("Step (.)").on_hover_text("One thirtieth of a second").clicked() {
+                actions.push(Action::Step);
+            }
+        });
+        sun(ui, facts, actions);
+        if facts.cameras.len() > 1 {
+            ui.horizontal_wrapped(|ui| {
+                ui.label("Camera");
+                for (index, name) in facts.cameras.iter().enumerate() {
+                    if ui.button(*name).on_hover_text(format!("key {}", index + 1)).clicked() {
+                        actions.push(Action::Camera(index));
+                    }
+                }
+            });
+        }
+        ui.separator();
+    }
+
+    fn memory(&self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+        let mib = |bytes: u64| format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20));
+        let memory = &facts.memory;
+        egui::Grid::new("memory").num_columns(2).show(ui, |ui| {
+            for (name, bytes) in [
+                ("reserved from the driver", facts.reserved_bytes),
+                ("kept from frame to frame", memory.persistent_bytes),
+                ("shared within a frame", memory.transient_bytes),
+                ("... without sharing", memory.unaliased_bytes),
+            ] {
+                ui.label(name);
+                ui.label(mib(bytes));
+                ui.end_row();
+            }
+        });
+        if ui.button("Count lights and rays").on_hover_text("Waits for the frame and reads its counters").clicked() {
+            actions.push(Action::Count);
+        }
+        let Some(counts) = &self.counts else { return };
+        egui::Grid::new("counts").num_columns(2).striped(true).show(ui, |ui| {
+            let mut row = |name: String, count: u32| {
+                ui.label(name);
+                ui.label(count.to_string());
+                ui.end_row();
+            };
+            row("virtual point lights".to_owned(), counts.vpls);
+            for (index, count) in counts.levels.iter().enumerate() {
+                row(format!("lights of level {}", index + 1), *count);
+            }
+            row("rays of light paths".to_owned(), counts.rays[0]);
+            row("shadow rays".to_owned(), counts.rays[1]);
+        });
+    }
+
+    fn presets(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+        ui.horizontal_wrapped(|ui| {
+            if ui.button("defaults").on_hover_text("What the program does when nothing is said").clicked() {
+                actions.push(Action::Preset(""));
+            }
+            for preset in &PRESETS {
+                if ui.button(preset.name).on_hover_text(preset.help).clicked() {
+                    actions.push(Action::Preset(preset.name));
+                }
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.label("Settings");
+            ui.add(egui::TextEdit::singleline(&mut self.settings_file).desired_width(130.0));
+            let path = || PathBuf::from(&self.settings_file);
+            if ui.button("Save").on_hover_text("A file that --settings reads").clicked() {
+                actions.push(Action::SaveSettings(path()));
+            }
+            if ui.button("Load").clicked() {
+                actions.push(Action::LoadSettings(path()));
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.label("Scene");
+            ui.add(egui::TextEdit::singleline(&mut self.scene_file).desired_width(180.0).hint_text("glTF or GLB file"));
+            if ui.button("Open").on_hover_text("Or drop a file on the window").clicked() && !self.scene_file.is_empty()
+            {
+                actions.push(Action::Open(PathBuf::from(&self.scene_file)));
+            }
+        });
+        if ui.button("Copy as command line").clicked()
+            && let Ok(line) = facts.settings.command_line()
+        {
+            ui.ctx().copy_text(line);
+            self.message = Some((Instant::now(), "copied".to_owned()));
+        }
+    }
+}
+
+/// Where the sun stands, and its own turn.
+fn sun(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+    let Some([azimuth, elevation]) = facts.sun_deg else { return };
+    egui::Grid::new("sun").num_columns(2).show(ui, |ui| {
+        let mut slider = |name: &str, help: &str, value: f32, range: std::ops::RangeInclusive<f32>| {
+            let mut new = value;
+            ui.label(name).on_hover_text(help);
+            let changed = ui.add(egui::Slider::new(&mut new, range).suffix("°").fixed_decimals(0)).changed();
+            ui.end_row();
+            changed.then_some(new - value)
+        };
+        if let Some(turn) = slider("Sun, direction", "Left and right arrow keys", azimuth, 0.0..=360.0) {
+            actions.push(Action::Sun([turn, 0.0]));
+        }
+        if let Some(turn) = slider("Sun, height", "Up and down arrow keys", elevation, -88.0..=88.0) {
+            actions.push(Action::Sun([0.0, turn]));
+        }
+        if let Some(turn) = slider("Sun, turn per second", "Space stops it", facts.sun_speed, -45.0..=45.0) {
+            actions.push(Action::SunSpeed(facts.sun_speed + turn));
+        }
+    });
+}

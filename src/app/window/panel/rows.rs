@@ -1,0 +1,125 @@
+//! A row for every setting, made of the command line's options: name, values and help are written only there.
+
+use std::collections::BTreeMap;
+
+use egui::{Color32, RichText, Ui};
+
+use super::Action;
+use super::facts::Facts;
+use crate::cli::{OptionHelp, option_help};
+use crate::settings::{Settings, plain};
+
+/// Groups of options that have rows.
+const GROUPS: [&str; 4] = ["Picture", "Method", "Shadows", "Window"];
+/// Options of these groups that mean nothing here.
+const LEFT_OUT: [&str; 4] = ["size", "script", "max-submit-ms", "camera"];
+const CHANGED: Color32 = Color32::from_rgb(255, 205, 100);
+/// What a setting without a value is called.
+const NO_VALUE: &str = "auto";
+
+/// The rows and the texts that are being typed into them.
+pub struct Rows {
+    options: Vec<OptionHelp>,
+    defaults: toml::Table,
+    typed: BTreeMap<String, String>,
+}
+
+impl Rows {
+    /// A row for each option.
+    pub fn new() -> Self {
+        let fits = |o: &OptionHelp| GROUPS.contains(&o.group.as_str()) && !LEFT_OUT.contains(&o.key.as_str());
+        let options = option_help().into_iter().filter(fits).collect();
+        Self { options, defaults: Settings::default().table().unwrap_or_default(), typed: BTreeMap::new() }
+    }
+
+    /// Shows the rows in their groups.
+    pub fn show(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+        let Ok(table) = facts.settings.table() else { return };
+        for group in GROUPS {
+            egui::CollapsingHeader::new(group).default_open(group != "Window").show(ui, |ui| {
+                egui::Grid::new(group).num_columns(3).striped(true).show(ui, |ui| {
+                    for option in self.options.iter().filter(|o| o.group == group) {
+                        row(ui, option, &table, &self.defaults, &mut self.typed, actions);
+                        ui.end_row();
+                    }
+                });
+            });
+        }
+    }
+}
+
+fn row(
+    ui: &mut Ui,
+    option: &OptionHelp,
+    table: &toml::Table,
+    defaults: &toml::Table,
+    typed: &mut BTreeMap<String, String>,
+    actions: &mut Vec<Action>,
+) {
+    let key = option.key.as_str();
+    let value = table.get(key).map_or_else(|| NO_VALUE.to_owned(), plain);
+    let changed = table.get(key) != defaults.get(key);
+    let name = RichText::new(key);
+    ui.label(if changed { name.color(CHANGED).strong() } else { name }).on_hover_text(&option.help);
+    let new = match table.get(key) {
+        _ if !option.values.is_empty() => choice(ui, option, &value, defaults.get(key).is_none()),
+        Some(toml::Value::Integer(number)) => integer(ui, *number),
+        Some(toml::Value::Float(number)) => float(ui, *number),
+        _ => text(ui, key, &value, typed),
+    };
+    match new {
+        Some(new) if new == NO_VALUE && defaults.get(key).is_none() => actions.push(Action::Reset(key.to_owned())),
+        Some(new) => actions.push(Action::Set(key.to_owned(), new)),
+        None => {}
+    }
+    if changed && ui.small_button("⟲").on_hover_text("Back to the default").clicked() {
+        typed.remove(key);
+        actions.push(Action::Reset(key.to_owned()));
+    }
+}
+
+fn choice(ui: &mut Ui, option: &OptionHelp, value: &str, may_be_none: bool) -> Option<String> {
+    let mut new = None;
+    egui::ComboBox::from_id_salt(&option.key).width(150.0).selected_text(value).show_ui(ui, |ui| {
+        let none = may_be_none.then(|| (NO_VALUE.to_owned(), String::new()));
+        for (name, help) in none.iter().chain(&option.values) {
+            let label = ui.selectable_label(name == value, name);
+            let label = if help.is_empty() { label } else { label.on_hover_text(help) };
+            if label.clicked() && name != value {
+                new = Some(name.clone());
+            }
+        }
+    });
+    new
+}
+
+fn integer(ui: &mut Ui, number: i64) -> Option<String> {
+    let mut new = number;
+    let speed = (number as f64 * 0.01).max(0.05);
+    let response =
+        ui.add(egui::DragValue::new(&mut new).speed(speed).range(0..=i64::from(u32::MAX)).update_while_editing(false));
+    (response.changed() && new != number).then(|| new.to_string())
+}
+
+fn float(ui: &mut Ui, number: f64) -> Option<String> {
+    // The settings hold 32-bit numbers; the digits beyond are not theirs.
+    let shown: f64 = (number as f32).to_string().parse().unwrap_or(number);
+    let mut new = shown;
+    let speed = (shown * 0.01).max(0.000_1);
+    let response = ui.add(egui::DragValue::new(&mut new).speed(speed).max_decimals(4).update_while_editing(false));
+    (response.changed() && new.to_bits() != shown.to_bits()).then(|| (new as f32).to_string())
+}
+
+/// A word or a number, taken over with the Enter key.
+fn text(ui: &mut Ui, key: &str, value: &str, typed: &mut BTreeMap<String, String>) -> Option<String> {
+    let mut line = typed.get(key).cloned().unwrap_or_else(|| value.to_owned());
+    let response = ui.add(egui::TextEdit::singleline(&mut line).desired_width(90.0));
+    if response.lost_focus() {
+        typed.remove(key);
+        return (line != value).then_some(line);
+    }
+    if response.has_focus() {
+        typed.insert(key.to_owned(), line);
+    }
+    None
+}

@@ -1,0 +1,171 @@
+//! Scripts: actions at frames, one to a line. `docs/window.md` has the format.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+
+use winit::keyboard::KeyCode;
+
+use super::action::Action;
+use super::keys;
+use crate::settings::Size;
+use crate::{Error, Result};
+
+/// Actions in the order of their frames.
+#[derive(Debug, Default, PartialEq)]
+pub struct Script {
+    actions: VecDeque<(u64, Action)>,
+}
+
+impl Script {
+    /// Reads a script.
+    ///
+    /// # Errors
+    /// [`Error::File`] when the file cannot be read, [`Error::Usage`] with file and line when a line is wrong.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| Error::file(path, format!("cannot read the script: {error}")))?;
+        Self::parse(&text)
+            .map_err(|(line, what)| Error::Usage(format!("script {}, line {line}: {what}", path.display())))
+    }
+
+    fn parse(text: &str) -> std::result::Result<Self, (usize, String)> {
+        let mut actions = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            let line = line.trim();
+            if !line.is_empty() && !line.starts_with('#') {
+                actions.extend(parse_line(line).map_err(|what| (index + 1, what))?);
+            }
+        }
+        // Stable: actions of one frame stay in their order.
+        actions.sort_by_key(|(frame, _)| *frame);
+        Ok(Self { actions: actions.into() })
+    }
+
+    /// Takes the next action that is due at `frame`.
+    pub fn next(&mut self, frame: u64) -> Option<Action> {
+        self.actions.front().filter(|(due, _)| *due <= frame)?;
+        self.actions.pop_front().map(|(_, action)| action)
+    }
+
+    /// Whether there is something left to do.
+    pub fn is_over(&self) -> bool {
+        self.actions.is_empty()
+    }
+}
+
+fn parse_line(line: &str) -> std::result::Result<Vec<(u64, Action)>, String> {
+    let (first, rest) = word(line);
+    let (frame, rest) = word(rest);
+    let (name, rest) = word(rest);
+    if first != "at" || name.is_empty() {
+        return Err(format!("`{line}` is not of the form `at FRAME ACTION`"));
+    }
+    let frame: u64 = frame.parse().map_err(|_| format!("`{frame}` is not the number of a frame"))?;
+    if name == "key" {
+        return held_key(frame, rest);
+    }
+    Ok(vec![(frame, action(name, rest)?)])
+}
+
+fn action(name: &str, rest: &str) -> std::result::Result<Action, String> {
+    let file = || match rest {
+        "" => Err(format!("`{name}` needs a file")),
+        path => Ok(PathBuf::from(path)),
+    };
+    let alone = |action| match rest {
+        "" => Ok(action),
+        rest => Err(format!("`{name}` takes nothing, not `{rest}`")),
+    };
+    match name {
+        "resize" => rest.parse::<Size>().map(|size| Action::Resize([size.width, size.height])),
+        "look" => two_numbers(rest).map(Action::Look).ok_or_else(|| format!("`look {rest}` needs two numbers")),
+        "camera" => rest.parse().map(Action::Camera).map_err(|_| format!("`{rest}` is not the index of a camera")),
+        "technique" => Ok(Action::Set("technique".to_owned(), rest.to_owned())),
+        "set" => match word(rest) {
+            ("", _) | (_, "") => Err("`set` needs a setting and a value".to_owned()),
+            (key, value) => Ok(Action::Set(key.to_owned(), value.to_owned())),
+        },
+        "drop" => file().map(Action::Open),
+        "screenshot" => file().map(|path| Action::Screenshot(Some(path))),
+        "save-settings" => file().map(Action::SaveSettings),
+        "load-settings" => file().map(Action::LoadSettings),
+        "panel" => alone(Action::Panel),
+        "pause" => alone(Action::Pause),
+        "step" => alone(Action::Step),
+        "fullscreen" => alone(Action::Fullscreen),
+        "minimise" => alone(Action::Minimise),
+        "restore" => alone(Action::Restore),
+        "quit" => alone(Action::Quit),
+        other => Err(format!("there is no action `{other}`")),
+    }
+}
+
+/// A key that is held for some frames, 1 unless it is said.
+fn held_key(frame: u64, rest: &str) -> std::result::Result<Vec<(u64, Action)>, String> {
+    let (name, frames) = word(rest);
+    let key: KeyCode = keys::NAMES
+        .iter()
+        .find_map(|(known, key)| (*known == name).then_some(*key))
+        .ok_or_else(|| format!("there is no key `{name}`; keys are {}", key_names()))?;
+    let frames: u64 = match frames {
+        "" => 1,
+        number => number.parse().map_err(|_| format!("`{number}` is not a number of frames"))?,
+    };
+    Ok(vec![(frame, Action::Press(key)), (frame.saturating_add(frames), Action::Release(key))])
+}
+
+fn key_names() -> String {
+    keys::NAMES.map(|(name, _)| name).join(" ")
+}
+
+fn two_numbers(text: &str) -> Option<[f32; 2]> {
+    let (a, b) = word(text);
+    Some([a.parse().ok().filter(|x: &f32| x.is_finite())?, b.parse().ok().filter(|x: &f32| x.is_finite())?])
+}
+
+/// The first word and the rest.
+fn word(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    text.split_once(char::is_whitespace).map_or((text, ""), |(first, rest)| (first, rest.trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn actions_come_in_the_order_of_their_frames() {
+        let text =
+            "# a comment\n\nat 5 quit\nat 2 key w 2\nat 2 resize 640x360\nat 3 set alpha 2\nat 0 drop a b.gltf\n";
+        let mut script = Script::parse(text).unwrap();
+        assert_eq!(script.next(0), Some(Action::Open("a b.gltf".into())));
+        assert_eq!(script.next(1), None);
+        assert_eq!(script.next(2), Some(Action::Press(KeyCode::KeyW)));
+        assert_eq!(script.next(2), Some(Action::Resize([640, 360])));
+        assert_eq!(script.next(9), Some(Action::Set("alpha".into(), "2".into())));
+        assert_eq!(script.next(9), Some(Action::Release(KeyCode::KeyW)));
+        assert!(!script.is_over());
+        assert_eq!(script.next(9), Some(Action::Quit));
+        assert!(script.is_over());
+    }
+
+    #[test]
+    fn mistakes_name_the_line() {
+        let cases = [
+            ("at 1 quit\nquit", 2, "`quit` is not of the form `at FRAME ACTION`"),
+            ("at x quit", 1, "`x` is not the number of a frame"),
+            ("at 1 dance", 1, "there is no action `dance`"),
+            ("at 1 resize big", 1, "`big` is not a size"),
+            ("at 1 key hyper", 1, "there is no key `hyper`"),
+            ("at 1 key w long", 1, "`long` is not a number of frames"),
+            ("at 1 look 3", 1, "`look 3` needs two numbers"),
+            ("at 1 drop", 1, "`drop` needs a file"),
+            ("at 1 set alpha", 1, "`set` needs a setting and a value"),
+            ("at 1 quit now", 1, "`quit` takes nothing, not `now`"),
+        ];
+        for (text, line, part) in cases {
+            let (found, what) = Script::parse(text).unwrap_err();
+            assert!(found == line && what.contains(part), "{text}: line {found}, {what}");
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! One window while it is open: what is shown in it, and how it goes on from turn to turn.
+
+mod actions;
+mod draw;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use winit::event::{MouseScrollDelta, WindowEvent};
+use winit::keyboard::KeyCode;
+use winit::window::{CursorGrabMode, Window};
+
+use super::action::Action;
+use super::app::IDLE;
+use super::camera::FlyCamera;
+use super::keys::{self, Keys};
+use super::loader::Loading;
+use super::panel::Panel;
+use super::panel::history::History;
+use super::scale::{ScaleControl, fixed_scale};
+use super::script::Script;
+use super::stage::Stage;
+use super::sun::Sun;
+use crate::app::headless::find_camera;
+use crate::scene::Camera;
+use crate::settings::{RenderScale, Settings};
+use crate::{Error, Result, interrupt};
+
+/// On a CPU driver the window begins with no more lights than this: they take most of such a device's time.
+const CPU_VPLS: u32 = 5_000;
+/// Longest step of time, however long a frame took.
+const LONGEST_STEP_S: f32 = 0.25;
+/// A step of time with the `.` key.
+const SINGLE_STEP_S: f32 = 1.0 / 30.0;
+/// Pause between looks at a frame that is under way.
+const BUSY: Duration = Duration::from_millis(1);
+/// The sun's turn after which the lights are measured anew.
+const FAR_TURN_DEG: f32 = 10.0;
+
+/// When the next turn should come.
+pub enum Pace {
+    /// As soon as events are dealt with.
+    AtOnce,
+    /// After a while, or with the next event.
+    In(Duration),
+    /// Never: leave.
+    Quit,
+}
+
+/// Where time stands.
+struct Clock {
+    last: Instant,
+    paused: bool,
+    /// Single steps asked for.
+    steps: u32,
+}
+
+/// Everything of an open window.
+pub struct Session {
+    panel: Panel,
+    stage: Stage,
+    loading: Option<Loading>,
+    window: Arc<Window>,
+    settings: Settings,
+    /// The settings of the last frame that could be compiled.
+    shown_settings: Settings,
+    script: Script,
+    /// Turns since the scene is there.
+    frame: u64,
+    keys: Keys,
+    looking: bool,
+    camera: FlyCamera,
+    sun: Option<Sun>,
+    sun_speed: f32,
+    /// Turn of the sun since the lights were last measured.
+    sun_turned_deg: f32,
+    clock: Clock,
+    scale: ScaleControl,
+    history: History,
+    /// Frames accumulated since anything changed.
+    accumulated: u32,
+    /// Where the last frame was seen from.
+    shown_camera: Option<Camera>,
+    /// Something may look different from the last frame.
+    dirty: bool,
+    /// Nobody can see the window.
+    hidden: bool,
+    /// The window was given no area, whatever the window system says.
+    no_area: bool,
+    quit: bool,
+    /// The first scene: without it there is nothing to go on with.
+    has_scene: bool,
+    titled: Instant,
+}
+
+impl Session {
+    /// Opens the device and starts to load the scene.
+    ///
+    /// # Errors
+    /// Those of [`Stage::open`].
+    pub fn open(window: Arc<Window>, mut settings: Settings, script: Script) -> Result<Self> {
+        let stage = Stage::open(&settings, Arc::<Window>::clone(&window))?;
+        let is_cpu = stage.gpu().report().kind == "cpu";
+        if is_cpu && settings.render_scale == RenderScale::Auto {
+            adapt_to_cpu(&mut settings);
+        }
+        let size = window.inner_size();
+        let layers = stage.gpu().report().limits.array_layers;
+        let loading = Some(Loading::start(settings.scene.clone(), layers)?);
+        let now = Instant::now();
+        Ok(Self {
+            panel: Panel::new(&window),
+            loading,
+            window,
+            shown_settings: settings.clone(),
+            script,
+            frame: 0,
+            keys: Keys::new(),
+            looking: false,
+            camera: FlyCamera::nowhere(),
+            sun: None,
+            sun_speed: 0.0,
+            sun_turned_deg: 0.0,
+            clock: Clock { last: now, paused: false, steps: 0 },
+            scale: ScaleControl::new([size.width, size.height]),
+            history: History::default(),
+            accumulated: 0,
+            shown_camera: None,
+            dirty: true,
+            hidden: false,
+            no_area: false,
+            quit: false,
+            has_scene: false,
+            titled: now,
+            settings,
+            stage,
+        })
+    }
+
+    /// Ends everything on the device.
+    ///
+    /// # Errors
+    /// [`Error::Validation`] when the layers reported anything, the end included.
+    pub fn close(self) -> Result<()> {
+        let log = self.stage.gpu().validation_log();
+        // The surface goes before its window.
+        let Self { stage, panel, window, .. } = self;
+        drop(stage);
+        drop(panel);
+        drop(window);
+        log.check()
+    }
+
+    /// Goes on by one frame where that is possible.
+    ///
+    /// # Errors
+    /// What nothing can be done about: the device is lost, the first scene cannot be loaded.
+    pub fn turn(&mut self) -> Result<Pace> {
+        if self.quit || interrupt::requested() {
+            return Ok(Pace::Quit);
+        }
+        self.take_scene()?;
+        if !self.has_scene {
+            self.show_title();
+            return Ok(Pace::In(IDLE));
+        }
+        if !self.stage.is_ready()? {
+            return Ok(Pace::In(BUSY));
+        }
+        self.take_times();
+        if self.loading.is_none() {
+            self.run_script()?;
+            self.frame += 1;
+        }
+        self.pass_time()?;
+        self.show_title();
+        if self.hidden || self.window_px().contains(&0) {
+            return Ok(Pace::In(IDLE));
+        }
+        if self.is_at_rest() {
+            return Ok(Pace::In(10 * IDLE));
+        }
+        self.draw()
+    }
+
+    /// Whether the next frame would look like the last.
+    fn is_at_rest(&self) -> bool {
+        let goal = self.settings.accumulate;
+        let finished = goal > 1 && self.accumulated >= goal;
+        !self.dirty && self.script.is_over() && (self.clock.paused || finished) && !self.panel.wants_repaint()
+    }
+
+    /// Size of the window in pixels, 0 where it has no area.
+    fn window_px(&self) -> [u32; 2] {
+        let size = self.window.inner_size();
+        if self.no_area { [0, 0] } else { [size.width, size.height] }
+    }
+
+    fn run_script(&mut self) -> Result<()> {
+        while let Some(action) = self.script.next(self.frame) {
+            log::debug!("frame {}: {action:?}", self.frame);
+            self.act(action)?;
+            if self.loading.is_some() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves whatever moves.
+    fn pass_time(&mut self) -> Result<()> {
+        let now = Instant::now();
+        let seconds = now.duration_since(self.clock.last).as_secs_f32().min(LONGEST_STEP_S);
+        self.clock.last = now;
+        let flight = self.keys.flight(seconds);
+        if flight != glam::Vec3::ZERO {
+            self.camera.fly(flight);
+            self.dirty = true;
+        }
+        let time = if self.clock.paused { SINGLE_STEP_S * self.clock.steps as f32 } else { seconds };
+        self.clock.steps = 0;
+        let [azimuth, elevation] = self.keys.sun_deg(seconds);
+        self.turn_sun([azimuth + self.sun_speed * time, elevation]);
+        let at_rest = azimuth == 0.0 && elevation == 0.0;
+        if at_rest && self.sun_turned_deg > FAR_TURN_DEG && self.sun_speed == 0.0 {
+            self.sun_turned_deg = 0.0;
+            let measured = self.stage.measure_again(self.camera.camera(), &self.picture_settings());
+            self.soften(measured)?;
+        }
+        Ok(())
+    }
+
+    fn turn_sun(&mut self, [azimuth, elevation]: [f32; 2]) {
+        if let Some(sun) = self.sun.as_mut().filter(|_| azimuth != 0.0 || elevation != 0.0) {
+            sun.turn_deg(azimuth, elevation);
+            self.sun_turned_deg += azimuth.abs() + elevation.abs();
+            self.dirty = true;
+        }
+    }
+
+    /// Puts a scene that has been loaded on the stage.
+    fn take_scene(&mut self) -> Result<()> {
+        let Some(loading) = self.loading.take_if(|loading| loading.is_finished()) else { return Ok(()) };
+        let shown = loading.finish().and_then(|loaded| {
+            let wanted = self.settings.camera.as_deref().filter(|_| !self.has_scene);
+            let camera = find_camera(&loaded.scene, wanted)?;
+            let (path, radius) = (loaded.path.clone(), loaded.scene.bounds.radius());
+            let settings = Settings { scene: path, ..self.picture_settings() };
+            self.stage.set_scene(loaded, &camera, &settings)?;
+            Ok((camera, settings.scene, radius))
+        });
+        let shown = match shown {
+            // Without any scene the error ends the program.
+            Err(error) if !self.has_scene => return Err(error),
+            shown => self.soften(shown)?,
+        };
+        if let Some((camera, path, radius)) = shown {
+            self.camera = FlyCamera::new(&camera);
+            self.sun = self.stage.uploaded().and_then(|scene| Sun::new(scene.other_lights()));
+            self.keys.speed = 0.2 * radius;
+            if self.has_scene {
+                self.settings.camera = None;
+            }
+            self.settings.scene = path;
+            self.shown_settings = self.settings.clone();
+            self.scale.forget();
+            (self.has_scene, self.dirty, self.accumulated) = (true, true, 0);
+        }
+        Ok(())
+    }
+
+    /// Shows an error that the window survives; gives others back.
+    fn soften<T>(&mut self, result: Result<T>) -> Result<Option<T>> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(error @ (Error::Usage(_) | Error::File { .. } | Error::Failure(_) | Error::Memory { .. })) => {
+                log::error!("{error}");
+                self.panel.show_error(error.to_string());
+                self.dirty = true;
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Whether the picture's size follows the time that frames take.
+    fn chooses_scale(&self) -> bool {
+        fixed_scale(self.settings.render_scale, self.stage.gpu().report().kind == "cpu").is_none()
+    }
+
+    /// Lets the panel see an event; true when it is the panel's alone.
+    pub fn panel_takes(&mut self, event: &WindowEvent) -> bool {
+        if !matches!(event, WindowEvent::RedrawRequested) {
+            self.dirty = true;
+        }
+        self.panel.on_event(&self.window, event)
+    }
+
+    /// A key goes down or up.
+    pub fn key(&mut self, key: KeyCode, down: bool, repeat: bool) {
+        self.keys.set(key, down);
+        if let Some(action) = keys::action_of(key).filter(|_| down && !repeat)
+            && let Err(error) = self.act(action)
+        {
+            log::error!("{error}");
+            self.panel.show_error(error.to_string());
+        }
+    }
+
+    /// The window lost the keyboard.
+    pub fn lose_focus(&mut self) {
+        self.keys.release_all();
+        self.mouse(false);
+    }
+
+    /// A button goes down over the picture, or up.
+    pub fn mouse(&mut self, down: bool) {
+        if self.looking == down {
+            return;
+        }
+        self.looking = down;
+        let modes: &[_] =
+            if down { &[CursorGrabMode::Locked, CursorGrabMode::Confined] } else { &[CursorGrabMode::None] };
+        if !modes.iter().any(|mode| self.window.set_cursor_grab(*mode).is_ok()) {
+            log::debug!("the cursor cannot be held");
+        }
+        self.window.set_cursor_visible(!down);
+    }
+
+    /// The mouse moves, right and down.
+    pub fn mouse_moved(&mut self, [dx, dy]: [f32; 2]) {
+        if self.looking {
+            self.camera.look(dx, dy);
+            self.dirty = true;
+        }
+    }
+
+    /// The wheel turns over the picture.
+    pub fn wheel(&mut self, delta: MouseScrollDelta) {
+        self.keys.wheel(match delta {
+            MouseScrollDelta::LineDelta(_, lines) => lines,
+            MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
+        });
+    }
+
+    /// The window has another size.
+    pub fn resized(&mut self) {
+        self.stage.resized();
+        self.dirty = true;
+    }
+
+    /// The window is out of sight, or back.
+    pub fn hidden(&mut self, hidden: bool) {
+        self.hidden = hidden;
+        self.dirty = true;
+    }
+
+    /// A file was dropped on the window.
+    pub fn drop_file(&mut self, path: PathBuf) {
+        if let Err(error) = self.act(Action::Open(path)) {
+            self.panel.show_error(error.to_string());
+        }
+    }
+}
+
+/// What a CPU can do ten times a second, unless other settings were asked for.
+fn adapt_to_cpu(settings: &mut Settings) {
+    if settings.vpls == Settings::default().vpls {
+        settings.vpls = CPU_VPLS;
+    }
+    log::warn!(
+        "a CPU driver: the picture's size adapts to about 10 frames per second, with {} lights; --render-scale sets \
+         a size and leaves the number of lights alone",
+        settings.vpls
+    );
+}

@@ -1,0 +1,186 @@
+//! What each action does.
+
+use std::path::{Path, PathBuf};
+
+use winit::dpi::PhysicalSize;
+use winit::window::Fullscreen;
+
+use super::Session;
+use crate::Result;
+use crate::app::headless::find_camera;
+use crate::app::window::action::Action;
+use crate::app::window::camera::FlyCamera;
+use crate::app::window::loader::Loading;
+use crate::app::window::{presets, screenshot};
+use crate::settings::Settings;
+
+impl Session {
+    /// Does one thing; what the user got wrong is shown in the window.
+    ///
+    /// # Errors
+    /// What the window does not survive.
+    pub(super) fn act(&mut self, action: Action) -> Result<()> {
+        self.dirty = true;
+        match action {
+            Action::Resize(size) => self.resize(size),
+            Action::Press(key) => self.key(key, true, false),
+            Action::Release(key) => self.key(key, false, false),
+            Action::Look([dx, dy]) => self.camera.look(dx, dy),
+            Action::Camera(index) => self.go_to_camera(index),
+            Action::Panel => self.panel.toggle(),
+            Action::Set(key, value) => {
+                let changed = self.settings.with(&key, &value);
+                self.change(changed)?;
+            }
+            Action::Reset(key) => {
+                let changed = self.settings.with_default(&key);
+                self.change(changed)?;
+            }
+            Action::Preset(name) => self.change(Ok(presets::apply(name, &self.settings)))?,
+            Action::Sun(turn) => self.turn_sun(turn),
+            Action::SunSpeed(speed) => self.sun_speed = speed,
+            Action::Count => self.count()?,
+            Action::Open(path) => self.load(Some(path))?,
+            Action::Screenshot(name) => self.take_screenshot(name.as_deref())?,
+            Action::SaveSettings(path) => {
+                let saved = screenshot::save_settings(&self.present_settings(), &path);
+                if self.soften(saved)?.is_some() {
+                    self.panel.say(format!("saved {}", path.display()));
+                }
+            }
+            Action::LoadSettings(path) => self.load_settings(&path)?,
+            Action::Pause => self.clock.paused = !self.clock.paused,
+            Action::Step => {
+                self.clock.paused = true;
+                self.clock.steps += 1;
+            }
+            Action::Reload => self.reload()?,
+            Action::Fullscreen => {
+                let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
+                self.window.set_fullscreen(full);
+            }
+            Action::Minimise => {
+                // Where there is no window manager nothing happens by itself.
+                self.window.set_minimized(true);
+                self.hidden = true;
+            }
+            Action::Restore => {
+                self.window.set_minimized(false);
+                self.hidden = false;
+                self.stage.resized();
+            }
+            Action::Quit => self.quit = true,
+        }
+        Ok(())
+    }
+
+    fn resize(&mut self, size: [u32; 2]) {
+        self.no_area = size.contains(&0);
+        let at_once = self.no_area || self.window.request_inner_size(PhysicalSize::new(size[0], size[1])).is_some();
+        if at_once {
+            self.stage.resized();
+        }
+    }
+
+    fn go_to_camera(&mut self, index: usize) {
+        let Some(scene) = self.stage.scene() else { return };
+        match scene.cameras.get(index) {
+            Some(camera) => {
+                self.camera = FlyCamera::new(camera);
+                self.settings.camera = Some(camera.name.clone());
+            }
+            None => self.panel.say(format!("the scene has {} camera(s)", scene.cameras.len())),
+        }
+    }
+
+    /// Takes over settings when they are in order.
+    fn change(&mut self, settings: Result<Settings>) -> Result<()> {
+        let Some(new) = self.soften(settings)? else { return Ok(()) };
+        let before = std::mem::replace(&mut self.settings, new);
+        self.panel.clear_error();
+        self.scale.forget();
+        if self.settings.present_mode != before.present_mode {
+            self.stage.resized();
+        }
+        if self.settings.camera != before.camera
+            && let Some(scene) = self.stage.scene()
+        {
+            let found = find_camera(scene, self.settings.camera.as_deref());
+            match self.soften(found)? {
+                Some(camera) => self.camera = FlyCamera::new(&camera),
+                None => self.settings.camera = before.camera,
+            }
+        }
+        Ok(())
+    }
+
+    /// Starts to load a scene; the one that is shown stays until then.
+    fn load(&mut self, path: Option<PathBuf>) -> Result<()> {
+        if self.loading.is_some() {
+            self.panel.show_error("a scene is being loaded already".to_owned());
+            return Ok(());
+        }
+        let started = Loading::start(path, self.stage.gpu().report().limits.array_layers);
+        self.loading = self.soften(started)?;
+        self.panel.clear_error();
+        Ok(())
+    }
+
+    fn load_settings(&mut self, path: &Path) -> Result<()> {
+        let kept = self.settings.clone();
+        let read = Settings::read(path).and_then(|new| {
+            let new = Settings {
+                headless: false,
+                gpu: kept.gpu,
+                validation: kept.validation,
+                present_mode: kept.present_mode,
+                size: kept.size,
+                output: None,
+                timings: None,
+                dump: None,
+                ..new
+            };
+            new.validate()?;
+            Ok(new)
+        });
+        let Some(new) = self.soften(read)? else { return Ok(()) };
+        let scene = new.scene.clone();
+        let other_scene = scene != self.settings.scene;
+        self.change(Ok(Settings { scene: self.settings.scene.clone(), ..new }))?;
+        self.panel.say(format!("loaded {}", path.display()));
+        if other_scene { self.load(scene) } else { Ok(()) }
+    }
+
+    /// Compiles shaders that have changed; with an error the last good ones stay.
+    #[cfg(feature = "shader-compiler")]
+    fn reload(&mut self) -> Result<()> {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders"));
+        let Some(names) = self.soften(crate::shader::compile::reload(folder))? else { return Ok(()) };
+        self.panel.clear_error();
+        self.panel.say(format!("{} shader(s) compiled {}", names.len(), names.join(" ")));
+        log::info!("{} shader(s) compiled: {}", names.len(), names.join(" "));
+        if names.is_empty() {
+            return Ok(());
+        }
+        let settings = self.picture_settings();
+        let compiled = self.stage.compile(self.camera.camera(), &settings);
+        self.accumulated = 0;
+        self.soften(compiled).map(|_| ())
+    }
+
+    #[cfg(not(feature = "shader-compiler"))]
+    fn reload(&mut self) -> Result<()> {
+        self.panel.show_error("this build cannot compile shaders: build with --features shader-compiler".to_owned());
+        Ok(())
+    }
+
+    fn take_screenshot(&mut self, name: Option<&Path>) -> Result<()> {
+        let Some(renderer) = self.stage.renderer() else { return Ok(()) };
+        let saved = screenshot::save(renderer, &self.picture_settings(), name);
+        if let Some(what) = self.soften(saved)? {
+            log::info!("saved {what}");
+            self.panel.say(format!("saved {what}"));
+        }
+        Ok(())
+    }
+}

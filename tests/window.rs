@@ -1,0 +1,217 @@
+//! The window on a virtual display. Where there is no Xvfb these tests say so and skip.
+#![cfg(feature = "window")]
+
+mod support;
+
+use std::path::Path;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+use support::golden::{self, SIZE};
+use support::xvfb::Xvfb;
+use support::{Run, program, run};
+
+/// Longest that a run may take on two slow cores.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Largest difference of a value on the screen and in the screenshot: they are rounded twice where the driver encodes.
+const ROUNDING: u8 = 3;
+
+fn display() -> Option<Xvfb> {
+    let display = Xvfb::start(800, 600);
+    if display.is_none() {
+        println!("skipped: there is no Xvfb (Debian: apt install xvfb)");
+    }
+    display
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// Runs the program with a script under validation.
+fn run_script(display: &Xvfb, script: &str, options: &str) -> Run {
+    let mut command = program();
+    display.show(&mut command).args(["-v", "--validation", "--script", script]).args(options.split_whitespace());
+    run(command)
+}
+
+/// Nothing was reported, nothing left behind.
+fn assert_clean(run: &Run) {
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(!run.stderr.contains("validation:"), "{}", run.stderr);
+    assert!(run.stderr.contains("device memory: 0 allocations leaked"), "{}", run.stderr);
+}
+
+/// Sizes that a user drags a window through, tiny and empty ones among them.
+fn hundred_sizes() -> Vec<(u32, u32)> {
+    let edge = |i: u32, step: u32| match (i * step) % 11 {
+        0 => 1,
+        1 => 2,
+        n => 13 * n,
+    };
+    (0..100).map(|i| if i % 25 == 7 { (0, 0) } else { (edge(i, 3), edge(i, 7)) }).collect()
+}
+
+#[test]
+fn resized_a_hundred_times() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut script = String::new();
+    for (i, (width, height)) in hundred_sizes().into_iter().enumerate() {
+        script += &format!("at {} resize {width}x{height}\n", 2 + i);
+    }
+    script += "at 103 resize 160x90\nat 110 quit\n";
+    let script = write(folder.path(), "s.txt", &script);
+    let run = run_script(&display, &script, "--size 160x90 --render-scale 0.5 --vpls 300 --shadow-samples 1");
+    assert_clean(&run);
+    let swapchains = run.stderr.matches("swapchain:").count();
+    assert!(swapchains > 60, "the window had {swapchains} sizes:\n{}", run.stderr);
+}
+
+/// Everything else that a user does: the panel, minimising, other techniques and settings, a scene that is dropped and
+/// one that cannot be read, the sun, the camera, screenshots.
+#[test]
+fn used_in_every_way() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let bad = write(folder.path(), "bad.glb", "this is no scene");
+    let script = format!(
+        "# every action
+at 2 panel
+at 4 key w 2
+at 4 look 20 -5
+at 6 key right 2
+at 8 set technique direct
+at 10 set technique brute-force
+at 12 set technique lgh
+at 14 set view light-count
+at 16 set view final
+at 17 set alpha 2
+at 18 set interleave 2
+at 20 set vpls 0
+at 22 minimise
+at 24 restore
+at 26 drop {bad}
+at 28 drop {}
+at 30 set exposure 4
+at 30 set interleave 1
+at 30 set alpha 1
+at 30 set shadow-samples 16
+at 30 camera 1
+at 31 set accumulate 4
+at 38 set accumulate 1
+at 40 screenshot {}
+at 41 look 30 -10
+at 42 screenshot {}
+at 43 save-settings {}
+at 44 load-settings {}
+at 45 panel
+at 46 pause
+at 47 step
+at 48 fullscreen
+at 50 quit
+",
+        concat!(env!("CARGO_MANIFEST_DIR"), "/assets/courtyard.glb"),
+        file("lgh.png"),
+        file("all"),
+        file("saved.toml"),
+        file("saved.toml"),
+    );
+    let script = write(folder.path(), "s.txt", &script);
+    let run = run_script(&display, &script, "--size 160x90 --render-scale 1 --vpls 2000");
+    assert_clean(&run);
+    assert!(run.stderr.contains("vpls must be at least 1, not 0"), "{}", run.stderr);
+    assert!(run.stderr.contains("bad.glb: "), "{}", run.stderr);
+    let picture = golden::load(&folder.path().join("lgh.png")).unwrap();
+    golden::compare(&picture, &golden::golden("arcade-lgh")).unwrap();
+    for name in ["all.exr", "all.png", "all.toml", "saved.toml"] {
+        assert!(folder.path().join(name).exists(), "{name} is missing");
+    }
+}
+
+/// Ends a program whatever happens.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Why the screen does not show the picture, if it does not. Only the upper half: notes may lie below.
+fn compare_screen(screen: &[u8], picture: &[u8]) -> Result<(), String> {
+    let half = 3 * (SIZE.0 * (SIZE.1 / 2)) as usize;
+    let most = screen[..half].iter().zip(picture).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(255);
+    if most <= ROUNDING { Ok(()) } else { Err(format!("screen and screenshot differ by {most} of 255")) }
+}
+
+/// Shows the built-in scene and compares the screen with the screenshot, which is compared with a golden.
+fn the_screen_shows_the_picture(format: &str) -> Option<(Vec<u8>, Vec<u8>)> {
+    let display = display()?;
+    let folder = tempfile::tempdir().unwrap();
+    let png = folder.path().join("a.png");
+    let script = write(folder.path(), "s.txt", &format!("at 4 screenshot {}\n", png.display()));
+    let mut command = program();
+    display.show(&mut command).env("GRIDLIGHT_SURFACE_FORMAT", format).args(["--script", &script]);
+    command.args("--size 160x90 --render-scale 1 --technique direct --camera court --exposure 1".split(' '));
+    let _running = Running(command.spawn().unwrap());
+    let start = Instant::now();
+    while !png.exists() {
+        assert!(start.elapsed() < PATIENCE, "no screenshot");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let picture = golden::load(&png).unwrap();
+    golden::compare(&picture, &golden::golden("court-direct")).unwrap();
+    let mut screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
+    while compare_screen(&screen, &picture).is_err() && start.elapsed() < PATIENCE / 4 {
+        std::thread::sleep(Duration::from_millis(50));
+        screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
+    }
+    compare_screen(&screen, &picture).unwrap();
+    Some((screen, picture))
+}
+
+#[test]
+fn the_screen_shows_the_picture_as_it_is() {
+    let Some((screen, picture)) = the_screen_shows_the_picture("linear") else { return };
+    // Planted faults: upside down, and encoded twice.
+    let flipped: Vec<u8> = screen.chunks_exact(3 * SIZE.0 as usize).rev().flatten().copied().collect();
+    assert!(compare_screen(&flipped, &picture).is_err());
+    let encoded: Vec<u8> = screen.iter().map(|v| (255.0 * (f32::from(*v) / 255.0).powf(1.0 / 2.2)) as u8).collect();
+    assert!(compare_screen(&encoded, &picture).is_err());
+}
+
+#[test]
+fn the_screen_shows_the_picture_where_the_driver_encodes() {
+    the_screen_shows_the_picture("srgb");
+}
+
+/// What a run that cannot open a window says; it has one line.
+fn refused(options: &[&str], display: &str) -> String {
+    let mut command = program();
+    command.args(options).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("DISPLAY", display);
+    let run = run(command);
+    assert_eq!(run.code, Some(2), "{}", run.stderr);
+    assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
+    run.stderr
+}
+
+#[test]
+fn without_a_display_one_sentence_points_to_headless() {
+    for display in ["", ":4095"] {
+        let sentence = refused(&[], display);
+        assert!(sentence.contains("no display") && sentence.contains("--headless"), "{sentence}");
+    }
+}
+
+#[test]
+fn a_wrong_script_is_named_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = write(folder.path(), "wrong.txt", "at 1 panel\nat 2 dance\n");
+    let sentence = refused(&["--script", &script], "");
+    assert!(sentence.contains("wrong.txt, line 2: there is no action `dance`"), "{sentence}");
+}

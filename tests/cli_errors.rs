@@ -219,7 +219,7 @@ fn vpls_beyond_the_device_and_those_that_fit() {
     command.args(["--vpls", "4294967295"]);
     let run = place.check(2, &["--vpls 4294967295", "MiB", "would fit"], command);
     let (_, fitting) = run.stderr.trim().rsplit_once("; ").unwrap();
-    let fitting: u32 = fitting.trim_end_matches(" would fit").parse().unwrap();
+    let fitting: u32 = fitting.trim_start_matches("about ").trim_end_matches(" would fit").parse().unwrap();
     assert!(fitting >= 1_000_000, "only {fitting} would fit");
     place.options(2, &["vpls must be at least 1"], "--vpls 0");
     place.options(2, &["--vpls"], "--vpls 99999999999999");

@@ -364,7 +364,14 @@ impl Executor {
         for commands in commands {
             let timers = Timers::new(&self.gpu, pass_count)?;
             let markers = Markers::new(&self.gpu, pass_count)?;
-            self.slots.push(Slot { commands, timers, markers, busy_until: 0, split_ms: Vec::new(), more_commands: Vec::new() });
+            self.slots.push(Slot {
+                commands,
+                timers,
+                markers,
+                busy_until: 0,
+                split_ms: Vec::new(),
+                more_commands: Vec::new(),
+            });
         }
         Ok(())
     }

@@ -108,7 +108,14 @@ impl UploadedScene {
         let set = Arc::new(SceneSet::new(gpu, &data)?);
         let other_lights = lights[..*first_point_light as usize].to_vec();
         let (first_point_light, light_count) = (*first_point_light, lights.len() as u32);
-        Ok(Self { set, bounds: scene.bounds, first_point_light, light_count, has_structures: query.is_some(), other_lights })
+        Ok(Self {
+            set,
+            bounds: scene.bounds,
+            first_point_light,
+            light_count,
+            has_structures: query.is_some(),
+            other_lights,
+        })
     }
 
     /// Triangles, materials and lights as shaders read them; waits.

@@ -191,7 +191,8 @@ fn every_module_runs_in_some_mode() {
     let in_a_window = |name: &str| name.starts_with("present/");
     let query = test.gpu.features().ray_query;
     let can_run = |name: &str| (exact || !name.contains("_exact")) && (query || !name.contains("_query"));
-    let unused: Vec<&str> = spirv::names().filter(|name| !used.contains(*name) && !in_a_window(name) && can_run(name)).collect();
+    let unused: Vec<&str> =
+        spirv::names().filter(|name| !used.contains(*name) && !in_a_window(name) && can_run(name)).collect();
     assert!(unused.is_empty(), "no mode of the frame uses {unused:?}");
 }
 

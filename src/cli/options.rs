@@ -6,8 +6,8 @@ use clap::ArgAction;
 
 use super::Verbosity;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir, Scatter, Settings,
-    ShadowPoints, Size, Switch, Technique, View,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir,
+    Scatter, Settings, ShadowPoints, Size, Switch, Technique, View,
 };
 
 #[derive(Debug, clap::Args)]

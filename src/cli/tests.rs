@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::*;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir, Scatter, ShadowPoints,
-    Size, Switch, Technique, View,
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir,
+    Scatter, ShadowPoints, Size, Switch, Technique, View,
 };
 
 fn command(args: &[&str]) -> Result<Command> {

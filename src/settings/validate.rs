@@ -3,7 +3,9 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::{Build, Exposure, Levels, LightSet, LightingMode, RenderScale, Reservoir, Scatter, Settings, Technique, name};
+use super::{
+    Build, Exposure, Levels, LightSet, LightingMode, RenderScale, Reservoir, Scatter, Settings, Technique, name,
+};
 use crate::report::files::FileKind;
 use crate::{Error, Result};
 

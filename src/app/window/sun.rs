@@ -54,6 +54,11 @@ impl Sun {
         self.changed
     }
 
+    /// The lights that were taken last did not reach a frame: they count as changed again.
+    pub fn put_back(&mut self) {
+        self.changed = true;
+    }
+
     /// The lights when they changed since they were last taken.
     pub fn take_changed(&mut self) -> Option<Vec<PunctualLight>> {
         std::mem::take(&mut self.changed).then(|| self.lights.clone())
@@ -77,6 +82,8 @@ mod tests {
         let expected = [-(0.5_f32.sqrt()), -(0.5_f32.sqrt()), 0.0];
         assert!(lights[0].direction_ws.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{lights:?}");
         assert!(sun.take_changed().is_none());
+        sun.put_back();
+        assert!(sun.is_changed() && sun.take_changed().is_some());
         assert!(Sun::new(&[]).is_none());
     }
 }

@@ -59,6 +59,7 @@ impl Session {
         }
         self.shown_settings = self.settings.clone();
         let lights = self.sun.as_mut().and_then(Sun::take_changed);
+        let took_lights = lights.is_some();
         let window_px = self.window_px();
         let request = Request {
             settings: &settings,
@@ -70,6 +71,9 @@ impl Session {
         let outcome = self.stage.frame(window_px, &request)?;
         self.shown_camera = Some(self.camera.camera().clone());
         if outcome == Outcome::Skipped {
+            if let (true, Some(sun)) = (took_lights, &mut self.sun) {
+                sun.put_back();
+            }
             self.dirty = true;
             return Ok(Pace::In(IDLE));
         }

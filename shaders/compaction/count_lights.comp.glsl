@@ -11,7 +11,6 @@ layout(set = 0, binding = 2, std430) buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Dispatches { uint dispatches[]; };
 layout(push_constant) uniform Push { uint first_counted; uint last_counted; uint capacity; };
 
-
 void write_dispatch(uint slot, uint groups) {
     uint x = clamp(groups, 1u, DISPATCH_WIDTH);
     dispatches[3u * slot] = x;

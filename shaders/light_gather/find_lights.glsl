@@ -81,38 +81,34 @@ uvec2 ranks_of_row(Reach reach, uint row) {
 
 // Where light `index` of a level, or the first one after it, lies among those dealt to a sub-image.
 uint dealt_index(uint index, Reach reach, uint tile) {
-    uint tile_count = interleave() * interleave();
-    return reach.count < tile_count ? index : (index + tile_count - 1u - tile) / tile_count;
+    return dealt_before(index, reach.count, tile, interleave() * interleave());
 }
 
-#ifdef FIRST_LEVEL_0
-// The lights of level 0 are listed by cell.
+// The lights of a row of vertices: merged lights of the level, counted from its first. With the lights themselves as first
+// level, those of level 0 are ranges of the list by cell.
 uvec2 lights_of_row(Reach reach, uint row, uint tile) {
+#ifdef FIRST_LEVEL_0
     if (reach.level == 0u) {
         uvec2 yz = reach.low.yz + uvec2(row % reach.extent.y, row / reach.extent.y);
         uvec2 cells = cells_of_row(yz, reach.low.x, reach.low.x + reach.extent.x - 1u);
         return uvec2(bucket_starts[cells.x], bucket_starts[cells.y]);
     }
+#endif
     uvec2 range = ranks_of_row(reach, row);
     return uvec2(dealt_index(range.x, reach, tile), dealt_index(range.y, reach, tile));
 }
 
+// Light `i` of such a range in the merged list, NO_LIGHT when it is dealt to another sub-image.
 uint merged_light(Reach reach, uint i, uint tile) {
+#ifdef FIRST_LEVEL_0
     if (reach.level == 0u) {
         uint light = bucket_lights[i];
         uint dealt = dealt_index(light, reach, tile);
         return dealt_index(light + 1u, reach, tile) > dealt ? reach.first + dealt : NO_LIGHT;
     }
+#endif
     return reach.first + i;
 }
-#else
-uvec2 lights_of_row(Reach reach, uint row, uint tile) {
-    uvec2 range = ranks_of_row(reach, row);
-    return uvec2(dealt_index(range.x, reach, tile), dealt_index(range.y, reach, tile));
-}
-
-uint merged_light(Reach reach, uint i, uint tile) { return reach.first + i; }
-#endif
 
 // Finds the lights of one level in this thread's rows, and keeps those whose number, counted from `count`, is at least
 // `first`. `before` is a cluster whose lights have been found already. Returns the new count.

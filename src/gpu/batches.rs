@@ -7,7 +7,6 @@ use ash::vk;
 
 use super::check;
 use super::executor::Executor;
-use super::recorder;
 use crate::error::Result;
 
 impl Executor {
@@ -30,17 +29,7 @@ impl Executor {
         let batches = self.next_batches();
         let buffers = self.batch_buffers(slot, batches.len())?;
         for (index, (batch, commands)) in batches.iter().zip(&buffers).enumerate() {
-            self.begin_commands(*commands)?;
-            if index == 0 {
-                self.slots[slot].timers.begin(*commands);
-            }
-            for pass in batch.clone() {
-                self.slots[slot].markers.reach(*commands, pass, stamp);
-                recorder::record_pass(self, *commands, pass, frame_data);
-                self.slots[slot].timers.after_pass(*commands, pass);
-            }
-            // SAFETY: recording is complete.
-            check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(*commands) })?;
+            self.record_passes(slot, *commands, stamp, batch.clone(), frame_data, None)?;
             if index + 1 < batches.len() {
                 let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(*commands)];
                 let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];

@@ -53,6 +53,7 @@ pub struct Gpu {
     /// Shared with the painter of the window's panel.
     pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     report: DeviceReport,
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window asks for it"))]
     pub(super) physical: vk::PhysicalDevice,
     pub(super) instance: Instance,
 }

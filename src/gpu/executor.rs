@@ -1,6 +1,7 @@
 //! Runs a planned frame graph: creates its resources, pipelines and descriptor sets once, records and submits
 //! its passes every frame with label, timestamp and crash marker.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -167,7 +168,8 @@ impl Executor {
         self.wait_value(self.slots[slot].busy_until)?;
         let submitted = Instant::now();
         self.resources.acquired(&self.graph, Some(target));
-        let recorded = self.record_to(slot, value as u32, frame_data, Some((target, overlay)));
+        let (commands, all) = (self.slots[slot].commands, 0..self.passes.len());
+        let recorded = self.record_passes(slot, commands, value as u32, all, frame_data, Some((target, overlay)));
         self.resources.acquired(&self.graph, None);
         recorded?;
         self.light_update = None;
@@ -294,29 +296,35 @@ impl Executor {
         check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
     }
 
-    fn record_to(
+    /// Records some of the passes in a command buffer of their own; before the first of all, what the frame begins with.
+    /// `shown` is where a frame of a window goes.
+    pub(super) fn record_passes(
         &self,
         slot: usize,
+        commands: vk::CommandBuffer,
         stamp: u32,
+        passes: Range<usize>,
         frame_data: &[u8],
         mut shown: Option<(&Target, &mut Overlay)>,
     ) -> Result<()> {
         let slot = &self.slots[slot];
-        self.begin_commands(slot.commands)?;
-        self.record_scene_update(slot.commands);
-        slot.timers.begin(slot.commands);
-        for index in 0..self.passes.len() {
-            slot.markers.reach(slot.commands, index, stamp);
+        self.begin_commands(commands)?;
+        if passes.start == 0 {
+            self.record_scene_update(commands);
+            slot.timers.begin(commands);
+        }
+        for index in passes {
+            slot.markers.reach(commands, index, stamp);
             match (&self.graph.passes()[index].payload, &mut shown) {
                 (Work::Overlay, Some((target, overlay))) => {
-                    recorder::record_overlay(self, slot.commands, index, target, overlay)?;
+                    recorder::record_overlay(self, commands, index, target, overlay)?;
                 }
-                _ => recorder::record_pass(self, slot.commands, index, frame_data),
+                _ => recorder::record_pass(self, commands, index, frame_data),
             }
-            slot.timers.after_pass(slot.commands, index);
+            slot.timers.after_pass(commands, index);
         }
         // SAFETY: recording is complete.
-        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
+        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(commands) })
     }
 
     pub(super) fn begin_commands(&self, commands: vk::CommandBuffer) -> Result<()> {

@@ -44,6 +44,14 @@ pub struct DeviceReport {
     pub limits: Limits,
 }
 
+impl DeviceReport {
+    /// Whether the driver renders on the CPU.
+    #[must_use]
+    pub fn is_cpu(&self) -> bool {
+        self.kind == "cpu"
+    }
+}
+
 /// The limits gridlight relies on.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {

@@ -18,6 +18,7 @@ pub(super) type Messages = Arc<Mutex<Vec<String>>>;
 /// Loader, instance and, with validation, the messenger that collects its messages.
 pub struct Instance {
     /// Keeps the loader library open.
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window asks for it"))]
     pub(super) entry: ash::Entry,
     pub(super) raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,

@@ -21,6 +21,7 @@ pub type Overlay<'a> = dyn FnMut(vk::CommandBuffer, vk::Extent2D) -> Result<()> 
 /// An image acquired from a swapchain.
 #[derive(Debug)]
 pub struct Target {
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window asks for it"))]
     pub(super) index: u32,
     pub(super) image: vk::Image,
     pub(super) view: vk::ImageView,

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use super::{Renderer, UploadedScene, base_shape, check_lights, frame_data, is_measured, measured_shape};
+use super::shape::{base_shape, check_lights, is_measured, measured_shape};
+use super::{Renderer, UploadedScene, frame_data};
 use crate::error::Result;
 use crate::gpu::{FrameTicket, Gpu, Overlay, Target};
 use crate::passes::FrameShape;

@@ -101,8 +101,7 @@ impl Session {
     /// Those of [`Stage::open`].
     pub fn open(window: Arc<Window>, mut settings: Settings, script: Script) -> Result<Self> {
         let stage = Stage::open(&settings, Arc::<Window>::clone(&window))?;
-        let is_cpu = stage.gpu().report().kind == "cpu";
-        if is_cpu && settings.render_scale == RenderScale::Auto {
+        if stage.gpu().report().is_cpu() && settings.render_scale == RenderScale::Auto {
             adapt_to_cpu(&mut settings);
         }
         let size = window.inner_size();
@@ -286,7 +285,7 @@ impl Session {
 
     /// Whether the picture's size follows the time that frames take.
     fn chooses_scale(&self) -> bool {
-        fixed_scale(self.settings.render_scale, self.stage.gpu().report().kind == "cpu").is_none()
+        fixed_scale(self.settings.render_scale, self.stage.gpu().report().is_cpu()).is_none()
     }
 
     /// Lets the panel see an event; true when it is the panel's alone.

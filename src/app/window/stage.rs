@@ -24,6 +24,15 @@ pub enum Outcome {
     Skipped,
 }
 
+/// What becomes of the numbers of lights and levels that were measured for the frame before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Measures {
+    /// They are kept where the settings have the same lights.
+    Kept,
+    /// They are taken again.
+    Anew,
+}
+
 /// One frame to be shown.
 pub struct Request<'a> {
     /// Settings, with the size of the picture rather than that of the window.
@@ -142,11 +151,7 @@ impl Stage {
     /// # Errors
     /// Those of [`Renderer::for_window`].
     pub fn measure_again(&mut self, camera: &Camera, settings: &Settings) -> Result<()> {
-        if let Some(show) = &mut self.show {
-            // Other settings than any: nothing measured is kept.
-            show.made_with.vpls = 0;
-        }
-        self.compile(camera, settings)
+        self.compile_with(camera, settings, Measures::Anew)
     }
 
     /// Compiles the frame anew with the shaders in use; the one before stays when that fails.
@@ -154,8 +159,12 @@ impl Stage {
     /// # Errors
     /// Those of [`Renderer::for_window`].
     pub fn compile(&mut self, camera: &Camera, settings: &Settings) -> Result<()> {
+        self.compile_with(camera, settings, Measures::Kept)
+    }
+
+    fn compile_with(&mut self, camera: &Camera, settings: &Settings, measures: Measures) -> Result<()> {
         let Some(Show { renderer, made_with, uploaded }) = &self.show else { return Ok(()) };
-        let before = Some((renderer, made_with));
+        let before = (measures == Measures::Kept).then_some((renderer, made_with));
         let renderer = Renderer::for_window(&self.gpu, uploaded, camera, settings, self.format, before)?;
         self.retire()?;
         if let Some(show) = &mut self.show {
@@ -226,17 +235,13 @@ impl Stage {
         if let Some(lights) = &request.lights {
             renderer.update_lights(lights);
         }
-        if self.painter.is_none() {
-            self.painter = Some(PanelPainter::new(&self.gpu, self.format.format)?);
-        }
-        let painter = self.painter.as_mut();
-        self.tickets.push_back(match painter {
-            None => renderer.submit_to(&target, &mut |_, _| Ok(()))?,
-            Some(painter) => {
-                painter.update_textures(&request.panel.textures)?;
-                renderer.submit_to(&target, &mut |commands, extent| painter.draw(commands, extent, request.panel))?
-            }
-        });
+        let painter = match &mut self.painter {
+            Some(painter) => painter,
+            none => none.insert(PanelPainter::new(&self.gpu, self.format.format)?),
+        };
+        painter.update_textures(&request.panel.textures)?;
+        let mut overlay = |commands, extent| painter.draw(commands, extent, request.panel);
+        self.tickets.push_back(renderer.submit_to(&target, &mut overlay)?);
         match swapchain.present(target)? {
             Presented::Shown => {}
             Presented::Stale => self.swapchain = None,

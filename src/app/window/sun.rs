@@ -49,19 +49,19 @@ impl Sun {
         self.changed = true;
     }
 
-    /// Whether the lights changed since they were last taken.
+    /// Whether the lights changed since a frame last showed them.
     pub fn is_changed(&self) -> bool {
         self.changed
     }
 
-    /// The lights that were taken last did not reach a frame: they count as changed again.
-    pub fn put_back(&mut self) {
-        self.changed = true;
+    /// The lights when no frame has shown them as they are.
+    pub fn changed_lights(&self) -> Option<Vec<PunctualLight>> {
+        self.changed.then(|| self.lights.clone())
     }
 
-    /// The lights when they changed since they were last taken.
-    pub fn take_changed(&mut self) -> Option<Vec<PunctualLight>> {
-        std::mem::take(&mut self.changed).then(|| self.lights.clone())
+    /// A frame has shown the lights as they are.
+    pub fn mark_shown(&mut self) {
+        self.changed = false;
     }
 }
 
@@ -76,14 +76,14 @@ mod tests {
         light.direction_ws = [0.0, -0.5_f32.sqrt(), 0.5_f32.sqrt()];
         let mut sun = Sun::new(&[light]).unwrap();
         assert!((sun.angles_deg()[0]).abs() < 1e-3 && (sun.angles_deg()[1] - 45.0).abs() < 1e-3);
-        assert!(sun.take_changed().is_none());
+        assert!(sun.changed_lights().is_none());
         sun.turn_deg(90.0, 0.0);
-        let lights = sun.take_changed().unwrap();
+        let lights = sun.changed_lights().unwrap();
         let expected = [-(0.5_f32.sqrt()), -(0.5_f32.sqrt()), 0.0];
         assert!(lights[0].direction_ws.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{lights:?}");
-        assert!(sun.take_changed().is_none());
-        sun.put_back();
-        assert!(sun.is_changed() && sun.take_changed().is_some());
+        assert!(sun.is_changed() && sun.changed_lights().is_some(), "kept until a frame has shown them");
+        sun.mark_shown();
+        assert!(sun.changed_lights().is_none());
         assert!(Sun::new(&[]).is_none());
     }
 }

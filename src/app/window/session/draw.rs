@@ -27,8 +27,8 @@ impl Session {
 
     /// The settings with the picture's size in place of the window's.
     pub(super) fn picture_settings(&self) -> Settings {
-        let is_cpu = self.stage.gpu().report().kind == "cpu";
-        let scale = fixed_scale(self.settings.render_scale, is_cpu).unwrap_or_else(|| self.scale.scale());
+        let scale = fixed_scale(self.settings.render_scale, self.stage.gpu().report().is_cpu())
+            .unwrap_or_else(|| self.scale.scale());
         let size = picture_size(self.window_px(), scale, self.settings.interleave);
         Settings { size, ..self.present_settings() }
     }
@@ -58,8 +58,7 @@ impl Session {
             self.accumulated = 0;
         }
         self.shown_settings = self.settings.clone();
-        let lights = self.sun.as_mut().and_then(Sun::take_changed);
-        let took_lights = lights.is_some();
+        let lights = self.sun.as_ref().and_then(Sun::changed_lights);
         let window_px = self.window_px();
         let request = Request {
             settings: &settings,
@@ -71,11 +70,11 @@ impl Session {
         let outcome = self.stage.frame(window_px, &request)?;
         self.shown_camera = Some(self.camera.camera().clone());
         if outcome == Outcome::Skipped {
-            if let (true, Some(sun)) = (took_lights, &mut self.sun) {
-                sun.put_back();
-            }
             self.dirty = true;
             return Ok(Pace::In(IDLE));
+        }
+        if let Some(sun) = &mut self.sun {
+            sun.mark_shown();
         }
         self.accumulated = self.accumulated.saturating_add(1);
         Ok(Pace::AtOnce)

@@ -11,12 +11,12 @@ use crate::passes::gbuffer::GBuffer;
 use crate::passes::interleave::Composite;
 use crate::passes::light_volumes::Lighting;
 use crate::passes::merge::MergedLights;
-use crate::passes::shadow_rays::ShadowEstimates;
+use crate::passes::shadow_rays::{Samples, ShadowEstimates};
 use crate::passes::tone_map::ToneMapped;
 use crate::passes::{
     Frame, FrameShape, accumulate, atrous, bounds, brute_force, compaction, compose, descent, direct_light, gbuffer,
-    grid_gather, grid_scatter, interleave, light_buckets, light_gather, light_volumes, merge, path_trace, shadow_rays,
-    tone_map, vpl_trace,
+    grid_gather, grid_scatter, inspect, interleave, light_buckets, light_gather, light_volumes, merge, path_trace,
+    shadow_rays, tone_map, vpl_trace,
 };
 use crate::settings::{Build, Filter, LightingMode, Scatter, ShadowPoints, Technique};
 
@@ -33,6 +33,8 @@ pub struct FrameOutputs {
     pub ray_count: BufferHandle,
     /// The hierarchy, when the technique has one.
     pub hierarchy: Option<HierarchyOutputs>,
+    /// An [`InspectedPixel`](crate::shared::InspectedPixel), when the shape asks for it.
+    pub inspected: Option<BufferHandle>,
 }
 
 /// Buffers of the hierarchy that outlive the frame.
@@ -61,15 +63,17 @@ pub fn build(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutp
 fn build_picture(technique: Technique, shape: FrameShape) -> (Graph<Work>, FrameOutputs) {
     let mut frame = Frame::new(shape);
     let gbuffer = gbuffer::add(&mut frame);
+    let mut lights = None;
     let (indirect, hierarchy) = match technique {
         Technique::Direct => (None, None),
         Technique::Lgh => {
-            let (indirect, hierarchy) = lighting_grid_hierarchy(&mut frame, &gbuffer);
+            let (indirect, hierarchy, lit) = lighting_grid_hierarchy(&mut frame, &gbuffer);
+            lights = Some(samples(&hierarchy, &lit));
             (Some(indirect), Some(hierarchy))
         }
         Technique::BruteForce => {
-            let lights = trace_lights(&mut frame);
-            let lighting = brute_force::add(&mut frame, &gbuffer, &lights);
+            let originals = trace_lights(&mut frame);
+            let lighting = brute_force::add(&mut frame, &gbuffer, &originals);
             (Some(Indirect { lighting, shadows: None, has_share: true }), None)
         }
         Technique::PathTrace => {
@@ -79,11 +83,13 @@ fn build_picture(technique: Technique, shape: FrameShape) -> (Graph<Work>, Frame
     };
     let direct = frame.shape.direct.then(|| direct_light::add(&mut frame, &gbuffer));
     let mut radiance = compose::add(&mut frame, &gbuffer, direct, indirect);
+    let seen = inspect::Seen { radiance, direct, indirect, lights };
+    let inspected = frame.shape.inspect.then(|| inspect::add(&mut frame, &gbuffer, &seen));
     if frame.shape.accumulate {
         radiance = accumulate::add(&mut frame, radiance);
     }
     let tone_mapped = tone_map::add(&mut frame, radiance);
-    let outputs = FrameOutputs { radiance, tone_mapped, ray_count: frame.ray_count, hierarchy };
+    let outputs = FrameOutputs { radiance, tone_mapped, ray_count: frame.ray_count, hierarchy, inspected };
     (frame.graph, outputs)
 }
 
@@ -113,14 +119,14 @@ pub fn build_hierarchy(shape: FrameShape) -> (Graph<Work>, HierarchyOutputs) {
     (frame.graph, HierarchyOutputs { lights, placement, grid, merged, descent, overdraw })
 }
 
-fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, HierarchyOutputs) {
+fn lighting_grid_hierarchy(frame: &mut Frame, gbuffer: &GBuffer) -> (Indirect, HierarchyOutputs, Lit) {
     let mut hierarchy = add_hierarchy(frame);
     let lit = add_lighting(frame, gbuffer, &mut hierarchy);
-    let shadows = lit.lighting.reservoirs.map(|reservoirs| {
-        let estimates = trace_shadows(frame, gbuffer, &mut hierarchy, &lit, reservoirs);
+    let shadows = lit.lighting.reservoirs.map(|_| {
+        let estimates = trace_shadows(frame, gbuffer, &mut hierarchy, &lit);
         filter_shadows(frame, gbuffer, &lit, estimates)
     });
-    (Indirect { lighting: lit.composite.lighting, shadows, has_share: false }, hierarchy)
+    (Indirect { lighting: lit.composite.lighting, shadows, has_share: false }, hierarchy, lit)
 }
 
 /// Traces the light paths and builds the hierarchy over their lights.
@@ -160,18 +166,17 @@ fn add_lighting(frame: &mut Frame, gbuffer: &GBuffer, hierarchy: &mut HierarchyO
 }
 
 /// One ray for each light that a reservoir holds.
-fn trace_shadows(
-    frame: &mut Frame,
-    gbuffer: &GBuffer,
-    hierarchy: &mut HierarchyOutputs,
-    lit: &Lit,
-    reservoirs: BufferHandle,
-) -> ShadowEstimates {
-    let HierarchyOutputs { lights, placement, grid, merged, .. } = *hierarchy;
-    let descent = add_descent(frame, &lights, placement, &grid);
-    hierarchy.descent = descent;
-    let inputs = shadow_rays::Inputs { merged, lighting: lit.lighting, reservoirs, lights, grid, descent };
-    shadow_rays::add(frame, gbuffer, &inputs)
+fn trace_shadows(frame: &mut Frame, gbuffer: &GBuffer, hierarchy: &mut HierarchyOutputs, lit: &Lit) -> ShadowEstimates {
+    let HierarchyOutputs { lights, placement, grid, .. } = *hierarchy;
+    hierarchy.descent = add_descent(frame, &lights, placement, &grid);
+    shadow_rays::add(frame, gbuffer, &samples(hierarchy, lit))
+}
+
+/// The lights and what was picked of them.
+fn samples(hierarchy: &HierarchyOutputs, lit: &Lit) -> Samples {
+    let HierarchyOutputs { lights, placement, grid, merged, descent, .. } = *hierarchy;
+    let Lighting { image, reservoirs, .. } = lit.lighting;
+    Samples { merged, lighting: image, reservoirs, lights, placement, grid, descent }
 }
 
 /// Takes the interleaving pattern and the noise out of the estimates.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
+pub use self::live::{Showing, Told};
 use self::shape::{check_rays, measured_shape};
 pub use self::shape::{lighting_mode, reservoir_mode};
 use crate::camera::View;
@@ -15,10 +16,10 @@ use crate::cpu::random::{hash, r2_sequence};
 use crate::error::Result;
 use crate::frame::{self, FrameOutputs};
 use crate::gpu::{
-    Executor, FrameTicket, FrameTimes, Gpu, OnStep, SceneBytes, SceneData, SceneSet, SteppedFrame, Written,
+    Executor, FrameResult, FrameTicket, Gpu, OnStep, SceneBytes, SceneData, SceneSet, SteppedFrame, Written,
 };
-use crate::passes::present::WindowFormat;
-use crate::passes::{FrameShape, present};
+use crate::passes::readback::Readback;
+use crate::passes::{FrameShape, present, readback};
 use crate::report::image_files::Picture;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::{self, PreparedScene};
@@ -157,6 +158,8 @@ pub struct Renderer {
     data: FrameData,
     shape: FrameShape,
     technique: Technique,
+    /// What the frame has behind the picture for a window.
+    shown: Option<(Showing, Readback)>,
 }
 
 impl Renderer {
@@ -189,17 +192,19 @@ impl Renderer {
         camera: &Camera,
         settings: &Settings,
         shape: FrameShape,
-        window: Option<WindowFormat>,
+        showing: Option<Showing>,
     ) -> Result<Self> {
         let technique = settings.technique;
         let (mut graph, outputs) = frame::build(technique, shape.clone());
-        if let Some(window) = window {
-            present::add(&mut graph, outputs.tone_mapped.picture, window);
-        }
+        let shown = showing.map(|showing| {
+            let told = readback::add(&mut graph, &outputs);
+            present::add(&mut graph, outputs.tone_mapped.picture, showing.format, showing.part);
+            (showing, told)
+        });
         let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
         executor.set_max_submit_ms(f64::from(settings.max_submit_ms));
         let data = frame_data(gpu, scene, camera, settings, &shape);
-        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape, technique })
+        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape, technique, shown })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
@@ -214,7 +219,7 @@ impl Renderer {
         self.data.forward[3] = jitter_px.x;
         self.data.up[3] = jitter_px.y;
         self.data.lights[0] = if everything { frame_seed } else { self.seed };
-        self.data.accumulation = [number, frame_seed, 0, 0];
+        self.data.accumulation[..2].copy_from_slice(&[number, frame_seed]);
     }
 
     /// Runs one frame and waits for it, repeated passes in submissions of about `max_submit_ms`.
@@ -237,7 +242,7 @@ impl Renderer {
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
+    pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameResult> {
         self.executor.wait(ticket)
     }
 

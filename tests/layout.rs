@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem::offset_of;
 
 use gridlight::shader::spirv;
-use gridlight::shared::{FrameData, GpuMaterial, GridLight, GridPlacement, PunctualLight};
+use gridlight::shared::{
+    FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample, PunctualLight,
+};
 use rspirv::dr::{Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 
@@ -54,6 +56,40 @@ fn shared_structs() -> Vec<Shared> {
         ),
         shared!("GridLight", GridLight, position_ws, luminance, variance, level, lobe, weight, flux, vertex),
         shared!("GridPlacement", GridPlacement, origin_ws, h_top, inverse_h_top, flux_scale, light_count, padding),
+        shared!(
+            "InspectedLevel",
+            InspectedLevel,
+            count,
+            blended,
+            weight,
+            lighting,
+            strongest,
+            strongest_lighting,
+            strongest_distance,
+            strongest_weight
+        ),
+        shared!("InspectedSample", InspectedSample, position_ws, light, estimate, level, state, distance),
+        shared!(
+            "InspectedPixel",
+            InspectedPixel,
+            pixel,
+            found,
+            sample_count,
+            position_ws,
+            depth,
+            normal,
+            level_count,
+            geometric_normal,
+            total,
+            albedo,
+            padding,
+            radiance,
+            direct,
+            lighting,
+            shadow_ratio,
+            levels,
+            samples
+        ),
         shared!("Material", GpuMaterial, base_color, albedo_layer, alpha_cutoff, normal_scale, has_normal_map),
         shared!(
             "PunctualLight",

@@ -135,8 +135,9 @@ fn render(
     settings: &Settings,
 ) -> BTreeSet<String> {
     let mut renderer = Renderer::new(gpu, scene, camera, settings).unwrap();
-    if settings.first_level == 0 {
-        let shape = FrameShape { count_overdraw: true, ..renderer.shape().clone() };
+    let (count_overdraw, inspect) = (settings.first_level == 0, settings.shadow_samples != 1);
+    if count_overdraw || inspect {
+        let shape = FrameShape { count_overdraw, inspect, ..renderer.shape().clone() };
         renderer = Renderer::with_shape(gpu, scene, camera, settings, shape).unwrap();
     }
     for _ in 0..2 {

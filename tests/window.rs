@@ -9,12 +9,15 @@ use std::time::{Duration, Instant};
 
 use support::golden::{self, SIZE};
 use support::xvfb::Xvfb;
-use support::{Run, program, run};
+use support::{Run, program, run, succeed};
 
 /// Longest that a run may take on two slow cores.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Largest difference of a value on the screen and in the screenshot: they are rounded twice where the driver encodes.
 const ROUNDING: u8 = 3;
+
+/// The built-in scene as a file.
+const COURT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/courtyard.glb");
 
 fn display() -> Option<Xvfb> {
     let display = Xvfb::start(800, 600);
@@ -112,13 +115,33 @@ at 45 panel
 at 46 pause
 at 47 step
 at 48 fullscreen
-at 50 quit
+at 50 swap
+at 51 key c
+at 51 inspect 0.5 0.5
+at 53 set technique path-trace
+at 53 set accumulate 3
+at 57 key x
+at 59 divider 0.25
+at 60 set view level-weights
+at 62 set view final
+at 63 set vpls 500
+at 65 inspect
+at 66 key i
+at 67 drop {court}
+at 69 resize 100x60
+at 71 resize 0x0
+at 72 resize 160x90
+at 73 screenshot {split}
+at 74 split
+at 76 quit
 ",
-        concat!(env!("CARGO_MANIFEST_DIR"), "/assets/courtyard.glb"),
+        COURT,
         file("lgh.png"),
         file("all"),
         file("saved.toml"),
         file("saved.toml"),
+        court = COURT,
+        split = file("split"),
     );
     let script = write(folder.path(), "s.txt", &script);
     let run = run_script(&display, &script, "--size 160x90 --render-scale 1 --vpls 2000");
@@ -127,9 +150,69 @@ at 50 quit
     assert!(run.stderr.contains("bad.glb: "), "{}", run.stderr);
     let picture = golden::load(&folder.path().join("lgh.png")).unwrap();
     golden::compare(&picture, &golden::golden("arcade-lgh")).unwrap();
-    for name in ["all.exr", "all.png", "all.toml", "saved.toml"] {
+    let both = ["split.exr", "split.png", "split.toml", "split-left.exr", "split-left.png", "split-left.toml"];
+    for name in ["all.exr", "all.png", "all.toml", "saved.toml"].iter().chain(&both) {
         assert!(folder.path().join(name).exists(), "{name} is missing");
     }
+    let sides = ["split", "split-left"].map(|name| golden::load(&folder.path().join(name).with_extension("png")));
+    assert_ne!(sides[0].as_ref().unwrap(), sides[1].as_ref().unwrap());
+    the_settings_give_the_picture(folder.path());
+}
+
+/// A run without a window, with the settings beside a screenshot of a flown camera, gives that screenshot.
+fn the_settings_give_the_picture(folder: &Path) {
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    succeed(&["--headless", "--quiet", "--settings", &path("all.toml"), "--output", &path("again.png")]);
+    let [shown, again] = ["all.png", "again.png"].map(|name| golden::load(&folder.join(name)).unwrap());
+    let different =
+        |a: &[u8], b: &[u8]| a.iter().zip(b).filter(|(a, b)| a.abs_diff(**b) > 2).count() as f64 / a.len() as f64;
+    let share = different(&shown, &again);
+    assert!(share < 1e-3, "{share} of the values differ");
+    // The frame before it was seen from elsewhere.
+    assert!(different(&golden::load(&folder.join("lgh.png")).unwrap(), &again) > 0.1);
+}
+
+/// What is on the screen left and right of the divider is what the two sides' screenshots hold.
+#[test]
+fn a_split_view_shows_both_sides() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let done = folder.path().join("done.toml");
+    let script = format!(
+        "at 0 set exposure 1\nat 1 split\nat 2 divider 0.7\nat 2 set view albedo\nat 6 screenshot {}\nat 7 \
+         save-settings {}\n",
+        folder.path().join("s").display(),
+        done.display()
+    );
+    let script = write(folder.path(), "s.txt", &script);
+    let mut command = program();
+    display.show(&mut command).args(["--script", &script]);
+    command.args("--size 160x90 --render-scale 1 --technique direct --camera court".split(' '));
+    let _running = Running(command.spawn().unwrap());
+    let start = Instant::now();
+    while !done.exists() {
+        assert!(start.elapsed() < PATIENCE, "no screenshot");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let [right, left] = ["s.png", "s-left.png"].map(|name| golden::load(&folder.path().join(name)).unwrap());
+    golden::compare(&left, &golden::golden("court-direct")).unwrap();
+    // Below what is written over the sides, once the note at the bottom is gone; left and right of the divider at 112.
+    let strip = |picture: &[u8], columns: std::ops::Range<usize>| -> Vec<u8> {
+        let row = |y: usize| picture[3 * (SIZE.0 as usize * y + columns.start)..][..3 * columns.len()].to_vec();
+        (65..88).flat_map(row).collect()
+    };
+    let compare = |screen: &[u8], left: &[u8], right: &[u8]| {
+        let most = |a: Vec<u8>, b: Vec<u8>| a.iter().zip(&b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(255);
+        let left = most(strip(screen, 2..100), strip(left, 2..100));
+        left.max(most(strip(screen, 124..158), strip(right, 124..158))) <= ROUNDING
+    };
+    let mut screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
+    while !compare(&screen, &left, &right) && start.elapsed() < PATIENCE / 4 {
+        std::thread::sleep(Duration::from_millis(50));
+        screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
+    }
+    assert!(compare(&screen, &left, &right), "the screen shows something else");
+    assert!(!compare(&screen, &right, &left), "the sides are told apart");
 }
 
 /// Ends a program whatever happens.

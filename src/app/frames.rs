@@ -1,6 +1,7 @@
 //! Runs the frames of a headless run, one after the other.
 
 use crate::error::{Error, Result};
+use crate::gpu::FrameCapture;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::renderer::{Fresh, Renderer};
@@ -23,7 +24,12 @@ pub struct Frames {
 ///
 /// # Errors
 /// [`Error::Interrupted`] when it was interrupted before anything was measured; device errors.
-pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progress) -> Result<Frames> {
+pub fn run_frames(
+    renderer: &mut Renderer,
+    settings: &Settings,
+    mut capture: Option<FrameCapture>,
+    progress: &Progress,
+) -> Result<Frames> {
     let names = renderer.pass_names();
     let warmup = u64::from(settings.warmup);
     // The last frame of a mean is left to the dump, which runs it in its own way.
@@ -40,7 +46,13 @@ pub fn run_frames(renderer: &mut Renderer, settings: &Settings, progress: &Progr
             bar.set(SUBDIVISION * index + SUBDIVISION * u64::from(done) / u64::from(total.max(1)));
             interrupt::control_flow()
         };
+        if let Some(capture) = &mut capture {
+            capture.begin(index);
+        }
         let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
+        if let Some(capture) = &mut capture {
+            capture.end()?;
+        }
         if index >= warmup {
             let gpu_ms = frame.times.pass_ms.iter().sum();
             let pass_ms = names.iter().cloned().zip(frame.times.pass_ms).collect();

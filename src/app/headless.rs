@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::frames::{Frames, run_frames};
-use crate::gpu::{Gpu, GpuOptions};
+use crate::gpu::{FrameCapture, Gpu, GpuOptions};
 use crate::graph::to_dot;
 use crate::progress::{Bar, Progress};
 use crate::renderer::{Fresh, Renderer, UploadedScene};
@@ -31,12 +31,13 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let outputs = Outputs::prepare(settings)?;
     let dump = settings.dump.as_deref().map(DumpTarget::prepare).transpose()?;
     interrupt::listen()?;
-    let gpu = open_gpu(settings)?;
+    let capture = FrameCapture::load(settings.renderdoc_frame)?;
+    let gpu = FrameCapture::opened(capture.as_ref(), open_gpu(settings))?;
     let scene = load_scene(settings, &progress)?;
     let camera = &find_camera(&scene, settings.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
-    let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, &progress)?;
+    let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, capture, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
     let mut frame_count = frames.len();
     let dump = match dump {

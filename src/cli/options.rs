@@ -212,6 +212,9 @@ pub(super) struct OutputArgs {
     /// Write every intermediate of the last frame into this new or empty folder (docs/dumps.md)
     #[arg(long, value_name = "DIR")]
     pub dump: Option<PathBuf>,
+    /// Let RenderDoc capture this frame, counted from 0, into gridlight_*.rdc in the working directory
+    #[arg(long, value_name = "N")]
+    pub renderdoc_frame: Option<u32>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -333,6 +336,7 @@ impl OutputArgs {
         settings.output = self.output.or(settings.output.take());
         settings.timings = self.timings.or(settings.timings.take());
         settings.dump = self.dump.or(settings.dump.take());
+        settings.renderdoc_frame = self.renderdoc_frame.or(settings.renderdoc_frame);
     }
 }
 

@@ -54,7 +54,7 @@ fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
-        --timings a.json --dump d --gpu llvmpipe --validation --present-mode mailbox --render-scale 0.25";
+        --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --present-mode mailbox --render-scale 0.25";
     let expected = Settings {
         scene: Some("a.gltf".into()),
         headless: true,
@@ -93,6 +93,7 @@ fn every_option_arrives() {
         output: Some("a.exr".into()),
         timings: Some("a.json".into()),
         dump: Some("d".into()),
+        renderdoc_frame: Some(0),
         gpu: Some("llvmpipe".into()),
         validation: true,
         present_mode: PresentMode::Mailbox,
@@ -195,7 +196,7 @@ fn help_names_every_option() {
     let options = "--headless --frames --warmup --size --camera --technique --vpls --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
-        --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --present-mode --render-scale --script --help --version [SCENE]";
+        --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";
     for option in options.split_whitespace() {
         assert!(help.contains(option), "{option} is missing in\n{help}");
     }

@@ -6,7 +6,7 @@ use crate::graph::{Graph, ImageHandle};
 use crate::passes::debug_view::{self, SurfaceView};
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::tone_map::{self, ToneMapped};
-use crate::passes::{Frame, FrameShape, compose, direct_light, gbuffer};
+use crate::passes::{Frame, FrameShape, compose, direct_light, gbuffer, inspect};
 use crate::settings::View;
 
 /// Whether a view (or the finished picture) needs the lights of the hierarchy.
@@ -50,7 +50,10 @@ pub(super) fn build(shape: &FrameShape) -> Option<(Graph<Work>, FrameOutputs)> {
         }
     };
     let Shown { values, picture, hierarchy } = shown;
-    let outputs = FrameOutputs { radiance: values, tone_mapped: picture, ray_count: frame.ray_count, hierarchy };
+    let seen = inspect::Seen { radiance: values, direct: None, indirect: None, lights: None };
+    let inspected = frame.shape.inspect.then(|| inspect::add(&mut frame, &gbuffer, &seen));
+    let ray_count = frame.ray_count;
+    let outputs = FrameOutputs { radiance: values, tone_mapped: picture, ray_count, hierarchy, inspected };
     Some((frame.graph, outputs))
 }
 
@@ -90,8 +93,8 @@ fn lighting(frame: &mut Frame, gbuffer: &GBuffer) -> Shown {
     let values = match (view, lit.lighting.reservoirs) {
         (View::Overdraw, _) => debug_view::show_overdraw(frame, hierarchy.overdraw),
         (View::SelectedLevel, Some(reservoirs)) => debug_view::show_chosen_levels(frame, &hierarchy.merged, reservoirs),
-        (View::ShadowRatio | View::ShadowRatioFiltered, Some(reservoirs)) => {
-            let mut estimates = trace_shadows(frame, gbuffer, &mut hierarchy, &lit, reservoirs);
+        (View::ShadowRatio | View::ShadowRatioFiltered, Some(_)) => {
+            let mut estimates = trace_shadows(frame, gbuffer, &mut hierarchy, &lit);
             if view == View::ShadowRatioFiltered {
                 estimates = filter_shadows(frame, gbuffer, &lit, estimates);
             }

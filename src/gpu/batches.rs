@@ -7,7 +7,9 @@ use ash::vk;
 
 use super::check;
 use super::executor::Executor;
+use super::target::Shown;
 use crate::error::Result;
+use crate::graph::Use;
 
 impl Executor {
     /// Frames are split into submissions of about this long at most; a pass that takes longer is one of its own. The
@@ -19,17 +21,31 @@ impl Executor {
     /// Passes of the next frame by submission.
     pub(super) fn next_batches(&self) -> Vec<Range<usize>> {
         match self.max_submit_ms {
-            Some(limit) => batches(&self.last_ms, self.passes.len(), limit),
+            Some(limit) => batches(&self.last_ms, self.passes.len(), self.first_in_window(), limit),
             None => std::iter::once(0..self.passes.len()).collect(),
         }
     }
 
+    /// The first pass that uses the acquired image. It and those after it are submitted together: that submission waits
+    /// for the image and is what presentation waits for.
+    fn first_in_window(&self) -> usize {
+        let in_window = |used: &Use| self.graph.resources()[used.resource.index()].lifetime.is_acquired();
+        let first = self.graph.passes().iter().position(|pass| pass.uses.iter().any(in_window));
+        first.unwrap_or(self.passes.len())
+    }
+
     /// Records the frame and submits all of it but the last batch, which is left in the slot's own command buffer.
-    pub(super) fn record_batches(&mut self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<()> {
+    pub(super) fn record_batches(
+        &mut self,
+        slot: usize,
+        stamp: u32,
+        frame_data: &[u8],
+        mut shown: Option<&mut Shown<'_>>,
+    ) -> Result<()> {
         let batches = self.next_batches();
         let buffers = self.batch_buffers(slot, batches.len())?;
         for (index, (batch, commands)) in batches.iter().zip(&buffers).enumerate() {
-            self.record_passes(slot, *commands, stamp, batch.clone(), frame_data, None)?;
+            self.record_passes(slot, *commands, stamp, batch.clone(), frame_data, &mut shown)?;
             if index + 1 < batches.len() {
                 let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(*commands)];
                 let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
@@ -59,14 +75,14 @@ impl Executor {
 }
 
 /// Splits `pass_count` passes into runs whose times add up to no more than the limit, where they can; without times, one
-/// each.
-fn batches(pass_ms: &[f64], pass_count: usize, limit_ms: f64) -> Vec<Range<usize>> {
+/// each. Passes from `together_from` on stay together.
+fn batches(pass_ms: &[f64], pass_count: usize, together_from: usize, limit_ms: f64) -> Vec<Range<usize>> {
     let mut batches: Vec<Range<usize>> = Vec::new();
     let mut sum_ms = f64::INFINITY;
     for pass in 0..pass_count {
         let ms = pass_ms.get(pass).copied().unwrap_or(f64::INFINITY);
         match batches.last_mut() {
-            Some(batch) if sum_ms + ms <= limit_ms => {
+            Some(batch) if sum_ms + ms <= limit_ms || pass > together_from => {
                 batch.end = pass + 1;
                 sum_ms += ms;
             }
@@ -88,18 +104,25 @@ mod tests {
 
     #[test]
     fn passes_go_together_up_to_the_limit() {
-        assert_eq!(batches(&[1.0, 2.0, 3.0, 4.0], 4, 6.0), [0..3, 3..4]);
-        assert_eq!(batches(&[1.0, 2.0, 3.0, 4.0], 4, 100.0), std::slice::from_ref(&(0..4)));
-        assert_eq!(batches(&[1.0, 9.0, 1.0, 1.0], 4, 6.0), [0..1, 1..2, 2..4], "a long pass is alone");
+        assert_eq!(batches(&[1.0, 2.0, 3.0, 4.0], 4, 4, 6.0), [0..3, 3..4]);
+        assert_eq!(batches(&[1.0, 2.0, 3.0, 4.0], 4, 4, 100.0), std::slice::from_ref(&(0..4)));
+        assert_eq!(batches(&[1.0, 9.0, 1.0, 1.0], 4, 4, 6.0), [0..1, 1..2, 2..4], "a long pass is alone");
+    }
+
+    #[test]
+    fn passes_in_the_window_stay_together() {
+        assert_eq!(batches(&[9.0, 9.0, 1.0, 9.0], 4, 1, 6.0), [0..1, 1..4]);
+        assert_eq!(batches(&[], 4, 2, 6.0), [0..1, 1..2, 2..4]);
+        assert_eq!(batches(&[1.0, 1.0, 1.0, 9.0], 4, 2, 6.0), std::slice::from_ref(&(0..4)));
     }
 
     #[test]
     fn without_times_every_pass_is_alone() {
-        assert_eq!(batches(&[], 3, 100.0), [0..1, 1..2, 2..3]);
+        assert_eq!(batches(&[], 3, 3, 100.0), [0..1, 1..2, 2..3]);
     }
 
     #[test]
     fn a_frame_without_passes_is_one_submission() {
-        assert_eq!(batches(&[], 0, 1.0), std::slice::from_ref(&(0..0)));
+        assert_eq!(batches(&[], 0, 0, 1.0), std::slice::from_ref(&(0..0)));
     }
 }

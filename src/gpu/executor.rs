@@ -15,7 +15,7 @@ use super::pipeline::{self, Pipeline};
 use super::recorder;
 use super::resources::{MemoryUse, Physical, Resources, aspect};
 use super::scene_set::SceneSet;
-use super::target::{FRAMES_IN_FLIGHT, Overlay, Target};
+use super::target::{FRAMES_IN_FLIGHT, Shown};
 use super::timers::Timers;
 use super::transfer;
 use super::work::{RasterWork, Work};
@@ -34,11 +34,13 @@ pub(super) struct CompiledPass {
 
 /// What the GPU said about one finished frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FrameTimes {
+pub struct FrameResult {
     /// Milliseconds of each pass, in graph order.
     pub pass_ms: Vec<f64>,
     /// Milliseconds from submission to the observed completion.
     pub cpu_ms: f64,
+    /// Contents of the graph's readback buffers, in the order of their declaration.
+    pub readback: Vec<u8>,
 }
 
 /// A submitted frame; give it back to [`Executor::wait`].
@@ -145,35 +147,26 @@ impl Executor {
     /// # Errors
     /// When the device is lost.
     pub fn submit(&mut self, frame_data: &[u8]) -> Result<FrameTicket> {
-        let slot = self.submitted as usize % self.slots.len();
-        let value = self.submitted + 1;
-        self.wait_value(self.slots[slot].busy_until)?;
-        let submitted = Instant::now();
-        if self.split_submits {
-            self.slots[slot].split_ms = self.run_split(slot, value as u32, frame_data)?;
-        }
-        self.record(slot, value as u32, frame_data)?;
-        self.queue(slot, value)?;
-        Ok(FrameTicket { value, submitted })
+        self.submit_frame(frame_data, None)
     }
 
-    /// Records and submits one frame into an acquired image, with `overlay` drawn where the graph has it. Blocks only
-    /// when both frames in flight are still busy.
-    ///
-    /// # Errors
-    /// When the device is lost, and those of `overlay`.
-    pub fn submit_to(&mut self, frame_data: &[u8], target: &Target, overlay: &mut Overlay) -> Result<FrameTicket> {
+    /// The same, with the acquired image where its pictures go.
+    pub(super) fn submit_frame(&mut self, frame_data: &[u8], shown: Option<&mut Shown<'_>>) -> Result<FrameTicket> {
         let slot = self.submitted as usize % self.slots.len();
         let value = self.submitted + 1;
         self.wait_value(self.slots[slot].busy_until)?;
         let submitted = Instant::now();
-        self.resources.acquired(&self.graph, Some(target));
-        let (commands, all) = (self.slots[slot].commands, 0..self.passes.len());
-        let recorded = self.record_passes(slot, commands, value as u32, all, frame_data, Some((target, overlay)));
-        self.resources.acquired(&self.graph, None);
-        recorded?;
+        self.resources.use_slot(slot);
+        self.slots[slot].split_ms = Vec::new();
+        let (waits, signals) = shown.as_ref().map_or_else(Default::default, |shown| self.window_semaphores(shown));
+        if self.split_submits && shown.is_none() {
+            self.slots[slot].split_ms = self.run_split(slot, value as u32, frame_data)?;
+            self.record_nothing(slot)?;
+        } else {
+            self.record_batches(slot, value as u32, frame_data, shown)?;
+        }
         self.light_update = None;
-        self.queue_with(slot, value, &[target.wait_info()], &[target.signal_info()])?;
+        self.queue_with(slot, value, &waits, &signals)?;
         Ok(FrameTicket { value, submitted })
     }
 
@@ -223,13 +216,14 @@ impl Executor {
     /// # Errors
     /// When the device is lost; names the last pass reached.
     #[expect(clippy::needless_pass_by_value, reason = "a ticket is good for one wait")]
-    pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameTimes> {
+    pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameResult> {
         self.wait_value(ticket.value)?;
         let cpu_ms = ticket.submitted.elapsed().as_secs_f64() * 1e3;
         let slot = &self.slots[(ticket.value - 1) as usize % self.slots.len()];
-        let pass_ms = if self.split_submits { slot.split_ms.clone() } else { slot.timers.read_ms()? };
+        let pass_ms = if slot.split_ms.is_empty() { slot.timers.read_ms()? } else { slot.split_ms.clone() };
+        let readback = self.resources.read_back((ticket.value - 1) as usize % self.slots.len());
         self.last_ms.clone_from(&pass_ms);
-        Ok(FrameTimes { pass_ms, cpu_ms })
+        Ok(FrameResult { pass_ms, cpu_ms, readback })
     }
 
     /// Writes the start of a persistent buffer outside frames; waits.
@@ -284,12 +278,8 @@ impl Executor {
         self.slots[slot].markers.explain(result, &names, value as u32)
     }
 
-    /// Records the frame; what is left to submit is in the slot's command buffer, nothing when the passes have run one by
-    /// one.
-    fn record(&mut self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<()> {
-        if !self.split_submits {
-            return self.record_batches(slot, stamp, frame_data);
-        }
+    /// Leaves an empty command buffer to submit: the passes have run one by one.
+    fn record_nothing(&self, slot: usize) -> Result<()> {
         let slot = &self.slots[slot];
         self.begin_commands(slot.commands)?;
         // SAFETY: recording is complete.
@@ -305,7 +295,7 @@ impl Executor {
         stamp: u32,
         passes: Range<usize>,
         frame_data: &[u8],
-        mut shown: Option<(&Target, &mut Overlay)>,
+        shown: &mut Option<&mut Shown<'_>>,
     ) -> Result<()> {
         let slot = &self.slots[slot];
         self.begin_commands(commands)?;
@@ -315,10 +305,8 @@ impl Executor {
         }
         for index in passes {
             slot.markers.reach(commands, index, stamp);
-            match (&self.graph.passes()[index].payload, &mut shown) {
-                (Work::Overlay, Some((target, overlay))) => {
-                    recorder::record_overlay(self, commands, index, target, overlay)?;
-                }
+            match (&self.graph.passes()[index].payload, shown.as_mut()) {
+                (Work::Overlay, Some(shown)) => recorder::record_overlay(self, commands, index, shown)?,
                 _ => recorder::record_pass(self, commands, index, frame_data),
             }
             slot.timers.after_pass(commands, index);

@@ -3,6 +3,7 @@
 mod acceleration;
 mod batches;
 mod buffer;
+mod capture;
 mod descriptors;
 mod device;
 mod executor;
@@ -29,8 +30,9 @@ mod word_image;
 mod work;
 
 pub use buffer::Buffer;
+pub use capture::FrameCapture;
 pub use device::{Gpu, GpuOptions, ValidationLog};
-pub use executor::{Executor, FrameTicket, FrameTimes};
+pub use executor::{Executor, FrameResult, FrameTicket};
 pub use features::{DeviceReport, OptionalFeatures};
 pub use image::Image;
 pub use instance::{Instance, list_gpus};
@@ -44,7 +46,7 @@ pub use stepped::{OnStep, SteppedFrame};
 pub use surface::{Surface, WindowSource};
 #[cfg(feature = "window")]
 pub use swapchain::{Acquired, Presented, Swapchain, is_srgb};
-pub use target::{FRAMES_IN_FLIGHT, Overlay, Target};
+pub use target::{FRAMES_IN_FLIGHT, Overlay, Shown, Target};
 pub use work::{
     ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat, TransferOp,
     Viewport, Work,

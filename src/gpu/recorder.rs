@@ -8,10 +8,10 @@ use ash::vk;
 use super::executor::{CompiledPass, Executor};
 use super::pipeline::Pipeline;
 use super::resources::{Physical, whole_image};
-use super::target::{Overlay, Target};
+use super::target::Shown;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;
-use crate::graph::{Barrier, Handle, Lifetime};
+use crate::graph::{Barrier, Handle};
 
 /// Records pass `index` of the executor's graph, with all its repetitions.
 pub(super) fn record_pass(executor: &Executor, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
@@ -37,9 +37,9 @@ pub(super) fn record_overlay(
     executor: &Executor,
     commands: vk::CommandBuffer,
     index: usize,
-    target: &Target,
-    overlay: &mut Overlay,
+    shown: &mut Shown<'_>,
 ) -> Result<()> {
+    let target = shown.target;
     begin_label(executor, commands, &executor.graph.passes()[index].name);
     barriers(executor, commands, &executor.plan.passes[index].barriers);
     let color = [vk::RenderingAttachmentInfo::default()
@@ -51,7 +51,7 @@ pub(super) fn record_overlay(
     let info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color);
     // SAFETY: the plan has brought the image to this layout; the scope is ended below.
     unsafe { executor.gpu.device.cmd_begin_rendering(commands, &info) };
-    let drawn = overlay(commands, target.extent);
+    let drawn = (shown.overlay)(commands, target.extent);
     // SAFETY: ends the scope begun above.
     unsafe { executor.gpu.device.cmd_end_rendering(commands) };
     end_label(executor, commands);
@@ -221,8 +221,8 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
         attachment(d.image, layout, clear, store)
     });
     // An acquired image has the size of the window, which the graph does not know.
-    let whole = acquired_size(executor, work);
-    let [width, height] = whole.unwrap_or(work.extent_px);
+    let in_window = window_viewport(executor, work);
+    let [width, height] = in_window.map_or(work.extent_px, |v| [v.width_px as u32, v.height_px as u32]);
     let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
     let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
     if let Some(depth) = &depth {
@@ -233,18 +233,21 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
     for (draw, pipeline) in work.draws.iter().zip(&compiled.pipelines) {
         bind(executor, commands, compiled, pipeline, vk::PipelineBindPoint::GRAPHICS, work.uses_scene);
         push(executor, commands, pipeline, &draw.push);
-        set_viewport(executor, commands, whole.map_or(draw.viewport, |[w, h]| Viewport::whole(w, h)));
+        set_viewport(executor, commands, in_window.unwrap_or(draw.viewport));
         record_draw(executor, commands, pipeline, draw);
     }
     // SAFETY: ends the scope begun above.
     unsafe { executor.gpu.device.cmd_end_rendering(commands) };
 }
 
-fn acquired_size(executor: &Executor, work: &RasterWork) -> Option<[u32; 2]> {
+/// Where in the window this frame draws, when that is what the pass draws to.
+fn window_viewport(executor: &Executor, work: &RasterWork) -> Option<Viewport> {
     let target = work.colors.first()?.image;
     let resource = &executor.graph.resources()[Handle::from(target).index()];
     let info = executor.resources.image(target).2;
-    (resource.lifetime == Lifetime::Acquired).then_some([info.width_px, info.height_px])
+    let whole = Viewport::whole(info.width_px, info.height_px);
+    let part = executor.resources.shown_part_px.unwrap_or(whole.scissor_px);
+    resource.lifetime.is_acquired().then_some(Viewport { scissor_px: part, ..whole })
 }
 
 fn set_viewport(executor: &Executor, commands: vk::CommandBuffer, v: Viewport) {
@@ -299,7 +302,7 @@ unsafe fn draw_scene(executor: &Executor, commands: vk::CommandBuffer, pipeline:
 
 fn transfer(executor: &Executor, commands: vk::CommandBuffer, op: &TransferOp, frame_data: &[u8]) {
     let device = &executor.gpu.device;
-    // SAFETY: the buffers are alive, large enough and declared as transfer destinations in the graph.
+    // SAFETY: the buffers are alive, large enough and declared as sources or destinations of transfers in the graph.
     unsafe {
         match *op {
             TransferOp::FrameData { buffer } => {
@@ -308,6 +311,11 @@ fn transfer(executor: &Executor, commands: vk::CommandBuffer, op: &TransferOp, f
             TransferOp::Fill { buffer, value } => {
                 let raw = executor.resources.buffer(buffer).0;
                 device.cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value);
+            }
+            TransferOp::Copy { from, to, offset_bytes } => {
+                let (source, size) = executor.resources.buffer(from);
+                let region = [vk::BufferCopy { src_offset: 0, dst_offset: offset_bytes, size }];
+                device.cmd_copy_buffer(commands, source, executor.resources.buffer(to).0, &region);
             }
         }
     }

@@ -6,12 +6,15 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
+use super::buffer::Buffer;
 use super::check;
 use super::device::Gpu;
+use super::target::FRAMES_IN_FLIGHT;
 use super::work::Work;
 use crate::error::{Error, Result};
 use crate::graph::{
-    AliasPlan, Graph, Handle, ImageInfo, Lifetime, Plan, Requirement, ResourceInfo, add_alias_barriers, assign,
+    AliasPlan, BufferInfo, Graph, Handle, ImageInfo, Lifetime, Plan, Requirement, ResourceInfo, add_alias_barriers,
+    assign,
 };
 
 /// A buffer or an image of the frame.
@@ -43,6 +46,10 @@ pub struct MemoryUse {
 pub(super) struct Resources {
     pub list: Vec<Physical>,
     pub memory: MemoryUse,
+    /// Part of the acquired image that pictures are drawn to: x, y, width, height; `None` is all of it.
+    pub shown_part_px: Option<[u32; 4]>,
+    /// Buffers of the frames in flight that the host reads, by resource.
+    readback: Vec<(usize, Vec<Buffer>)>,
     allocations: Vec<Allocation>,
     gpu: Arc<Gpu>,
 }
@@ -57,12 +64,21 @@ struct Class {
 impl Resources {
     /// Creates everything and widens the plan's barriers where memory is shared.
     pub fn new(gpu: &Arc<Gpu>, graph: &Graph<Work>, plan: &mut Plan) -> Result<Self> {
-        let mut resources =
-            Self { list: Vec::new(), memory: MemoryUse::default(), allocations: Vec::new(), gpu: Arc::clone(gpu) };
+        let mut resources = Self {
+            list: Vec::new(),
+            memory: MemoryUse::default(),
+            shown_part_px: None,
+            readback: Vec::new(),
+            allocations: Vec::new(),
+            gpu: Arc::clone(gpu),
+        };
         for (index, resource) in graph.resources().iter().enumerate() {
             let physical = match (resource.lifetime, resource.info) {
                 // Another one in every frame: see `Executor::submit_to`.
-                (Lifetime::Acquired, ResourceInfo::Image(info)) => Physical::unacquired(info),
+                (lifetime, ResourceInfo::Image(info)) if lifetime.is_acquired() => Physical::unacquired(info),
+                (Lifetime::Readback, ResourceInfo::Buffer(info)) => {
+                    resources.create_readback(index, &resource.name, info)?
+                }
                 _ => resources.create(graph, index, &resource.name, resource.info)?,
             };
             resources.list.push(physical);
@@ -129,6 +145,26 @@ impl Resources {
         }
     }
 
+    fn create_readback(&mut self, index: usize, name: &str, info: BufferInfo) -> Result<Physical> {
+        let create = |_| Buffer::host(&self.gpu, name, info.size_bytes, vk::BufferUsageFlags::TRANSFER_DST);
+        let buffers = (0..FRAMES_IN_FLIGHT).map(create).collect::<Result<Vec<_>>>()?;
+        let raw = buffers[0].raw;
+        self.readback.push((index, buffers));
+        Ok(Physical::Buffer { raw, size_bytes: info.size_bytes })
+    }
+
+    /// The next frame is recorded for this one of the frames in flight.
+    pub fn use_slot(&mut self, slot: usize) {
+        for (index, buffers) in &self.readback {
+            self.list[*index] = Physical::Buffer { raw: buffers[slot].raw, size_bytes: buffers[slot].size_bytes };
+        }
+    }
+
+    /// What the graph's readback buffers hold after a frame that has been waited for, one after the other.
+    pub fn read_back(&self, slot: usize) -> Vec<u8> {
+        self.readback.iter().flat_map(|(_, buffers)| buffers[slot].mapped()).copied().collect()
+    }
+
     fn check_range(&self, name: &str, size_bytes: u64) -> Result<()> {
         let limit = self.gpu.report().limits.storage_range_bytes;
         if size_bytes <= limit {
@@ -185,7 +221,8 @@ impl Resources {
 
     fn bind_single(&mut self, graph: &Graph<Work>, aliases: &AliasPlan) -> Result<()> {
         for index in 0..self.list.len() {
-            let ours = graph.resources()[index].lifetime != Lifetime::Acquired;
+            let lifetime = graph.resources()[index].lifetime;
+            let ours = !lifetime.is_acquired() && lifetime != Lifetime::Readback;
             if ours && aliases.placements[index].is_none() {
                 let (needs, is_image) = self.memory_requirements(index);
                 let slot = self.allocate(&graph.resources()[index].name, needs, !is_image)?;
@@ -261,7 +298,9 @@ pub(super) fn whole_image(info: &ImageInfo) -> vk::ImageSubresourceRange {
 
 impl Drop for Resources {
     fn drop(&mut self) {
-        for physical in &self.list {
+        let readback: Vec<usize> = self.readback.iter().map(|(index, _)| *index).collect();
+        let ours = self.list.iter().enumerate().filter(|(index, _)| !readback.contains(index));
+        for (_, physical) in ours {
             // SAFETY: the executor waits for the GPU before it drops its resources; null views are ignored.
             unsafe {
                 match *physical {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::check;
-use super::executor::{Executor, FrameTimes};
+use super::executor::{Executor, FrameResult};
 use super::recorder;
 use super::work::{ComputeWork, Repeat, Work};
 use crate::error::Result;
@@ -21,7 +21,7 @@ const AIM: f64 = 0.75;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SteppedFrame {
     /// Times of the passes; a repeated one includes the gaps between its steps.
-    pub times: FrameTimes,
+    pub times: FrameResult,
     /// Rounds of the repeated pass that were finished.
     pub rounds_done: u32,
     /// Rounds it has in all; 0 when no pass repeats.
@@ -80,7 +80,7 @@ impl Executor {
         }
         self.submit_step(slot)?;
         let pass_ms = self.slots[slot].timers.read_ms()?;
-        let times = FrameTimes { pass_ms, cpu_ms: start.elapsed().as_secs_f64() * 1e3 };
+        let times = FrameResult { pass_ms, cpu_ms: start.elapsed().as_secs_f64() * 1e3, readback: Vec::new() };
         Ok(SteppedFrame { times, rounds_done, rounds })
     }
 

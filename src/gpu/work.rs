@@ -222,4 +222,13 @@ pub enum TransferOp {
         /// The word.
         value: u32,
     },
+    /// Copies a whole buffer.
+    Copy {
+        /// Source.
+        from: BufferHandle,
+        /// Destination.
+        to: BufferHandle,
+        /// Where in the destination.
+        offset_bytes: u64,
+    },
 }

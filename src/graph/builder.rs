@@ -125,6 +125,17 @@ impl<P> Graph<P> {
         ImageHandle(self.resource_slot(name, ResourceInfo::Image(info), Lifetime::Acquired))
     }
 
+    /// The image that another graph has acquired and drawn to in the same frame.
+    pub fn continued_image(&mut self, name: &str, info: ImageInfo) -> ImageHandle {
+        ImageHandle(self.resource_slot(name, ResourceInfo::Image(info), Lifetime::Continued))
+    }
+
+    /// A buffer that the frame writes and the host reads afterwards; one of its passes must declare
+    /// [`Access::HostRead`].
+    pub fn readback_buffer(&mut self, name: &str, size_bytes: u64) -> BufferHandle {
+        self.buffer(name, size_bytes, Lifetime::Readback)
+    }
+
     /// Appends a pass to the frame.
     pub fn add_pass(&mut self, pass: Pass<P>) -> PassId {
         self.passes.push(pass);

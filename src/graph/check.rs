@@ -126,7 +126,8 @@ pub(super) fn check<P>(graph: &Graph<P>) -> Result<Vec<Vec<Need>>, PlanError> {
         let needs = merge_uses(pass, graph.resources())?;
         for need in &needs {
             let resource = &graph.resources()[need.resource.index()];
-            let starts_empty = matches!(resource.lifetime, Lifetime::Transient | Lifetime::Acquired);
+            let starts_empty =
+                matches!(resource.lifetime, Lifetime::Transient | Lifetime::Acquired | Lifetime::Readback);
             if starts_empty && need.reads && !written.contains(&need.resource) {
                 return Err(PlanError::ReadBeforeWrite { pass: pass.name.clone(), resource: resource.name.clone() });
             }

@@ -15,7 +15,7 @@ pub fn to_dot<P>(graph: &Graph<P>, plan: &Plan) -> String {
         let style = match resource.lifetime {
             Lifetime::Transient => "dashed",
             Lifetime::Persistent => "solid",
-            Lifetime::Imported | Lifetime::Acquired => "bold",
+            Lifetime::Imported | Lifetime::Acquired | Lifetime::Continued | Lifetime::Readback => "bold",
         };
         line(&mut dot, &format!("r{index} [shape=ellipse, style={style}, label=\"{}\"];", resource_label(resource)));
     }
@@ -53,6 +53,8 @@ fn resource_label(resource: &Resource) -> String {
         Lifetime::Persistent => "persistent",
         Lifetime::Imported => "imported",
         Lifetime::Acquired => "acquired",
+        Lifetime::Continued => "continued",
+        Lifetime::Readback => "read by the host",
     };
     let shape = match resource.info {
         ResourceInfo::Buffer(info) => format!("{} bytes", info.size_bytes),

@@ -89,6 +89,9 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
             match resource.lifetime {
                 Lifetime::Transient => state.layout = Some(ImageLayout::UNDEFINED),
                 Lifetime::Acquired => *state = State::acquired(),
+                Lifetime::Continued => *state = State::continued(),
+                // The host has waited for the frame that last had this buffer.
+                Lifetime::Readback => *state = State::default(),
                 Lifetime::Persistent | Lifetime::Imported => {}
             }
         }
@@ -146,6 +149,16 @@ impl State {
     /// the semaphore of its acquisition is waited for.
     fn acquired() -> Self {
         Self { write_stages: Stage::COLOR_ATTACHMENT_OUTPUT, layout: Some(ImageLayout::UNDEFINED), ..Self::default() }
+    }
+
+    /// What an image begins with that another graph on the same queue has left as a colour attachment.
+    fn continued() -> Self {
+        Self {
+            write_stages: Stage::COLOR_ATTACHMENT_OUTPUT,
+            write_access: Mask::COLOR_ATTACHMENT_WRITE,
+            layout: Some(ImageLayout::COLOR_ATTACHMENT_OPTIMAL),
+            ..Self::default()
+        }
     }
 
     /// Moves past one pass; the barrier to record before it, if it needs one.

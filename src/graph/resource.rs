@@ -104,6 +104,19 @@ pub enum Lifetime {
     /// An image that is another one in every frame (of a swapchain) and comes without contents, once a semaphore
     /// has been waited for at the colour attachment output stage.
     Acquired,
+    /// An acquired image that another graph has drawn to in the same frame, on the same queue: it comes with
+    /// contents, as a colour attachment.
+    Continued,
+    /// A buffer that the host reads once the frame has completed; each frame in flight has its own.
+    Readback,
+}
+
+impl Lifetime {
+    /// Whether the resource is handed over anew for every frame.
+    #[must_use]
+    pub fn is_acquired(self) -> bool {
+        matches!(self, Self::Acquired | Self::Continued)
+    }
 }
 
 /// One resource of the graph.

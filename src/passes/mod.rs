@@ -15,6 +15,7 @@ pub mod exclusive_scan;
 pub mod gbuffer;
 pub mod grid_gather;
 pub mod grid_scatter;
+pub mod inspect;
 pub mod interleave;
 pub mod light_buckets;
 pub mod light_gather;
@@ -22,6 +23,7 @@ pub mod light_volumes;
 pub mod merge;
 pub mod path_trace;
 pub mod present;
+pub mod readback;
 pub mod reference;
 pub mod shadow_rays;
 pub mod tone_map;
@@ -92,6 +94,8 @@ pub struct FrameShape {
     pub count_overdraw: bool,
     /// What the picture shows.
     pub view: View,
+    /// Say everything about one pixel ([`inspect`]).
+    pub inspect: bool,
 }
 
 impl FrameShape {

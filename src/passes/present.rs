@@ -14,11 +14,25 @@ pub struct WindowFormat {
     pub driver_encodes: bool,
 }
 
+/// Which part of the window a frame fills. Where two share it, the left one comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// The left of a split view; the frame on the right goes on with the window's image.
+    Left,
+    /// The right of a split view, with the panel over both.
+    Right,
+}
+
 /// Adds the passes to a finished frame.
-pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat) {
+pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat, part: Part) {
     // The size is the window's in each frame; a graph outlives it.
     let info = ImageInfo { format: window.format, width_px: 1, height_px: 1 };
-    let shown = graph.acquired_image("window", info);
+    let (shown, access, clear) = match part {
+        Part::Whole | Part::Left => (graph.acquired_image("window", info), Access::ColorAttachmentWrite, Some([0; 4])),
+        Part::Right => (graph.continued_image("window", info), Access::ColorAttachmentBlend, None),
+    };
     let draw = RasterDraw {
         vertex: "present/draw_picture.vert".to_owned(),
         fragment: "present/draw_picture.frag".to_owned(),
@@ -35,7 +49,7 @@ pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat) 
         call: DrawCall::Direct { vertex_count: 3, instance_count: 1 },
     };
     let work = RasterWork {
-        colors: vec![ColorTarget { image: shown, clear: Some([0; 4]) }],
+        colors: vec![ColorTarget { image: shown, clear }],
         depth: None,
         extent_px: [1, 1],
         draws: vec![draw],
@@ -44,8 +58,11 @@ pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat) 
     graph.add_pass(
         Pass::new("present/draw_picture", Work::Raster(work))
             .bind(0, picture, Access::FragmentSampled)
-            .uses(shown, Access::ColorAttachmentWrite),
+            .uses(shown, access),
     );
+    if part == Part::Left {
+        return;
+    }
     graph.add_pass(Pass::new("present/draw_panel", Work::Overlay).uses(shown, Access::ColorAttachmentBlend));
     graph.add_pass(Pass::new("present", Work::Transfer(Vec::new())).uses(shown, Access::Present));
 }

@@ -6,10 +6,9 @@ use super::Frame;
 use super::compaction::{GridLights, Lights};
 use super::descent::Descent;
 use super::gbuffer::GBuffer;
-use super::light_volumes::Lighting;
 use super::merge::MergedLights;
-use crate::gpu::ComputeWork;
-use crate::graph::{Access, BufferHandle, ImageHandle};
+use crate::gpu::{ComputeWork, Work};
+use crate::graph::{Access, BufferHandle, ImageHandle, Pass};
 use crate::settings::Reservoir;
 
 /// Shadowed and unshadowed estimate of the lighting, in the picture's layout.
@@ -24,17 +23,19 @@ pub struct ShadowEstimates {
 /// Format of the estimates.
 pub(super) const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
-/// What the pass reads besides the G-buffer.
+/// The lights of the hierarchy and what the pixels have picked of them.
 #[derive(Clone, Copy, Debug)]
-pub struct Inputs {
+pub struct Samples {
     /// The lights that reservoirs name.
     pub merged: MergedLights,
-    /// The analytic lighting with the sum of f.
-    pub lighting: Lighting,
-    /// The reservoirs.
-    pub reservoirs: BufferHandle,
+    /// The analytic lighting with the sum of f, in the interleaved layout.
+    pub lighting: ImageHandle,
+    /// The reservoirs; `None` without shadow samples.
+    pub reservoirs: Option<BufferHandle>,
     /// The lights S0 that descent leads to.
     pub lights: Lights,
+    /// Grid placement.
+    pub placement: BufferHandle,
     /// The grid lights.
     pub grid: GridLights,
     /// The way down; `None` jitters about the chosen light itself.
@@ -42,31 +43,43 @@ pub struct Inputs {
 }
 
 /// Adds the pass.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> ShadowEstimates {
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, samples: &Samples) -> ShadowEstimates {
     let shadowed = frame.image("shadowed", FORMAT);
     let unshadowed = frame.image("unshadowed", FORMAT);
-    let exact = frame.shape.reservoir == Reservoir::Exact;
-    let constants = vec![u32::from(inputs.descent.is_some()), frame.shape.lobe.code(), u32::from(exact)];
-    let push = vec![inputs.descent.map_or(0, |d| d.index_bits)];
-    let work = ComputeWork { constants, push, ..frame.ray_shader("shadow_rays/trace_shadow_rays", frame.per_pixel()) };
-    // Without descent the tables are not read, but a binding needs a buffer.
-    let unused = inputs.grid.ranks;
-    let pass = frame
-        .compute("shadow_rays", work)
-        .bind(1, gbuffer.depth, Access::ComputeSampled)
-        .bind(2, gbuffer.normals, Access::ComputeSampled)
-        .bind(3, inputs.lighting.image, Access::ComputeSampled)
-        .bind(4, inputs.merged.lights, Access::ComputeRead)
-        .bind(5, inputs.reservoirs, Access::ComputeRead)
+    let work = frame.ray_shader("shadow_rays/trace_shadow_rays", frame.per_pixel());
+    let pass = sampling(frame, "shadow_rays", work, gbuffer, samples)
         .bind(6, shadowed, Access::ComputeWrite)
         .bind(7, unshadowed, Access::ComputeWrite)
-        .bind(8, frame.ray_count, Access::ComputeReadWrite)
-        .bind(9, inputs.grid.lights, Access::ComputeRead)
-        .bind(10, inputs.grid.level_table, Access::ComputeRead)
-        .bind(11, inputs.descent.map_or(unused, |d| d.tables), Access::ComputeRead)
-        .bind(12, inputs.descent.map_or(unused, |d| d.representatives), Access::ComputeRead)
-        .bind(13, inputs.lights.positions, Access::ComputeRead)
-        .bind(14, inputs.lights.fluxes, Access::ComputeRead);
+        .bind(8, frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     ShadowEstimates { shadowed, unshadowed }
+}
+
+/// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs: 0 to 5 and 9 to 14.
+pub(super) fn sampling(
+    frame: &Frame,
+    name: &str,
+    work: ComputeWork,
+    gbuffer: &GBuffer,
+    samples: &Samples,
+) -> Pass<Work> {
+    let Samples { merged, lights, grid, descent, .. } = samples;
+    let exact = frame.shape.reservoir == Reservoir::Exact;
+    let constants = vec![u32::from(descent.is_some()), frame.shape.lobe.code(), u32::from(exact)];
+    let push = [&[descent.map_or(0, |d| d.index_bits)], work.push.as_slice()].concat();
+    // What is not there is not read, but a binding needs a buffer.
+    let unused = grid.ranks;
+    frame
+        .compute(name, ComputeWork { constants, push, ..work })
+        .bind(1, gbuffer.depth, Access::ComputeSampled)
+        .bind(2, gbuffer.normals, Access::ComputeSampled)
+        .bind(3, samples.lighting, Access::ComputeSampled)
+        .bind(4, merged.lights, Access::ComputeRead)
+        .bind(5, samples.reservoirs.unwrap_or(unused), Access::ComputeRead)
+        .bind(9, grid.lights, Access::ComputeRead)
+        .bind(10, grid.level_table, Access::ComputeRead)
+        .bind(11, descent.map_or(unused, |d| d.tables), Access::ComputeRead)
+        .bind(12, descent.map_or(unused, |d| d.representatives), Access::ComputeRead)
+        .bind(13, lights.positions, Access::ComputeRead)
+        .bind(14, lights.fluxes, Access::ComputeRead)
 }

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::shape::{base_shape, check_lights, is_measured, measured_shape};
 use super::{Renderer, UploadedScene, frame_data};
 use crate::error::Result;
-use crate::gpu::{FrameTicket, Gpu, Overlay, Target};
+use crate::gpu::{FrameResult, FrameTicket, Gpu, Shown};
 use crate::passes::FrameShape;
-use crate::passes::present::WindowFormat;
+use crate::passes::present::{Part, WindowFormat};
 use crate::scene::Camera;
 use crate::settings::Settings;
-use crate::shared::PunctualLight;
+use crate::shared::{InspectedPixel, PunctualLight};
 
 impl UploadedScene {
     /// Directional and spot lights, as uploaded.
@@ -19,6 +19,32 @@ impl UploadedScene {
     pub fn other_lights(&self) -> &[PunctualLight] {
         &self.other_lights
     }
+}
+
+/// What a window wants of its frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Showing {
+    /// Format of the window's images.
+    pub format: WindowFormat,
+    /// Which part of the window they fill.
+    pub part: Part,
+    /// Whether they tell everything about one pixel.
+    pub inspect: bool,
+}
+
+/// What a completed frame of a window has told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Told {
+    /// Exposure, or the upper end of a view's scale.
+    pub exposure: f32,
+    /// Rays of light paths and of shadow samples.
+    pub rays: [u32; 2],
+    /// Virtual point lights, where there is a hierarchy.
+    pub vpls: Option<u32>,
+    /// Lights of level 1, 2, ...
+    pub levels: Vec<u32>,
+    /// The pixel asked for.
+    pub inspected: Option<InspectedPixel>,
 }
 
 impl Renderer {
@@ -32,11 +58,11 @@ impl Renderer {
         scene: &UploadedScene,
         camera: &Camera,
         settings: &Settings,
-        window: WindowFormat,
+        showing: Showing,
         before: Option<(&Self, &Settings)>,
     ) -> Result<Self> {
         let known = before.filter(|(_, measured_with)| same_lights(settings, measured_with));
-        let shape = match known {
+        let mut shape = match known {
             Some((before, _)) if is_measured(settings) => {
                 settings.validate_view()?;
                 check_lights(scene, settings)?;
@@ -44,7 +70,8 @@ impl Renderer {
             }
             _ => measured_shape(gpu, scene, camera, settings)?,
         };
-        Self::compile(gpu, scene, camera, settings, shape, Some(window))
+        shape.inspect = showing.inspect;
+        Self::compile(gpu, scene, camera, settings, shape, Some(showing))
     }
 
     /// Whether frames of these settings are the ones compiled, but for their constants. `measured_with` are the
@@ -58,11 +85,16 @@ impl Renderer {
         scene: &UploadedScene,
         settings: &Settings,
         measured_with: &Settings,
+        showing: Showing,
     ) -> Result<bool> {
-        let base = base_shape(gpu, scene, settings)?;
+        let base = FrameShape { inspect: showing.inspect, ..base_shape(gpu, scene, settings)? };
         let shape = if is_measured(settings) { with_measures(&base, &self.shape) } else { base };
+        let same_window = self.shown.is_some_and(|(shown, _)| shown == showing);
         let same_kind = self.technique == settings.technique && is_measured(settings) == is_measured(measured_with);
-        Ok(same_kind && shape == self.shape && (!is_measured(settings) || same_lights(settings, measured_with)))
+        Ok(same_window
+            && same_kind
+            && shape == self.shape
+            && (!is_measured(settings) || same_lights(settings, measured_with)))
     }
 
     /// Takes over the camera and whatever of the settings are constants of the frame.
@@ -77,12 +109,38 @@ impl Renderer {
         self.executor.update_lights(bytemuck::cast_slice(lights).to_vec());
     }
 
-    /// Submits one frame into an image of the window, with `overlay` drawn over the picture.
+    /// Which pixel the next frames tell about, when they do.
+    pub fn inspect_pixel(&mut self, pixel: [u32; 2]) {
+        self.data.accumulation[2..].copy_from_slice(&pixel);
+    }
+
+    /// Submits one frame into an image of the window.
     ///
     /// # Errors
-    /// When the device is lost, and those of `overlay`.
-    pub fn submit_to(&mut self, target: &Target, overlay: &mut Overlay) -> Result<FrameTicket> {
-        self.executor.submit_to(bytemuck::bytes_of(&self.data), target, overlay)
+    /// When the device is lost, and those of the overlay.
+    pub fn submit_to(&mut self, shown: &mut Shown<'_>) -> Result<FrameTicket> {
+        self.executor.submit_to(bytemuck::bytes_of(&self.data), shown)
+    }
+
+    /// What a completed frame has told; `None` for frames without a window.
+    #[must_use]
+    pub fn told(&self, result: &FrameResult) -> Option<Told> {
+        let (_, layout) = self.shown?;
+        let words = |offset: usize, count: usize| -> Option<Vec<u32>> {
+            result.readback.get(offset..offset + 4 * count).map(bytemuck::pod_collect_to_vec)
+        };
+        let rays = words(layout.ray_count, 2)?;
+        let top = self.shape.levels.top as usize;
+        let table = layout.level_table.and_then(|offset| words(offset, 2 * top + 2));
+        let inspected = layout.inspected.and_then(|offset| result.readback.get(offset..));
+        Some(Told {
+            exposure: f32::from_bits(words(layout.exposure, 1)?[0]),
+            rays: [rays[0], rays[1]],
+            vpls: layout.light_counts.and_then(|offset| Some(words(offset, 2)?[1])),
+            levels: table.map_or_else(Vec::new, |table| (1..=top).map(|l| table[2 * l + 1]).collect()),
+            inspected: inspected
+                .and_then(|bytes| Some(bytemuck::pod_read_unaligned(bytes.get(..size_of::<InspectedPixel>())?))),
+        })
     }
 }
 

@@ -142,6 +142,7 @@ pub(super) fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) 
         // A dump shows the fragments of every pixel.
         count_overdraw: settings.dump.is_some(),
         view: settings.view,
+        inspect: false,
     };
     let limit = gpu.report().limits.image_edge_px;
     let [width, height] = shape.interleaved_px();

@@ -1,5 +1,7 @@
 //! Single settings by their keys, as a settings file has them.
 
+use std::collections::BTreeSet;
+
 use serde::Deserialize;
 
 use super::Settings;
@@ -45,6 +47,18 @@ impl Settings {
     /// [`Error::Failure`] when TOML cannot express a value.
     pub fn table(&self) -> Result<toml::Table> {
         toml::Table::try_from(self).map_err(|error| Error::Failure(format!("the settings are no TOML: {error}")))
+    }
+
+    /// Keys whose values differ, with the value here and the one there; none is an empty word.
+    ///
+    /// # Errors
+    /// Those of [`Self::table`].
+    pub fn differences(&self, other: &Self) -> Result<Vec<(String, [String; 2])>> {
+        let tables = [self.table()?, other.table()?];
+        let keys: BTreeSet<&String> = tables.iter().flat_map(toml::Table::keys).collect();
+        let different = keys.into_iter().filter(|key| tables[0].get(*key) != tables[1].get(*key));
+        let value = |table: &toml::Table, key: &str| table.get(key).map(plain).unwrap_or_default();
+        Ok(different.map(|key| (key.clone(), [value(&tables[0], key), value(&tables[1], key)])).collect())
     }
 
     /// The settings that are not the defaults, as a command line.

@@ -103,6 +103,8 @@ pub struct Settings {
     /// Folder for every intermediate of the last frame.
     #[serde(serialize_with = "path_as_text")]
     pub dump: Option<PathBuf>,
+    /// Frame that RenderDoc captures, counted from 0.
+    pub renderdoc_frame: Option<u32>,
     /// Device index or a part of its name; `None` is the most capable.
     #[serde(deserialize_with = "values::name_or_index")]
     pub gpu: Option<String>,
@@ -154,6 +156,7 @@ impl Default for Settings {
             output: None,
             timings: None,
             dump: None,
+            renderdoc_frame: None,
             gpu: None,
             validation: false,
             present_mode: PresentMode::Fifo,
@@ -288,6 +291,7 @@ mod tests {
             output: Some("o.exr".into()),
             timings: Some("t.csv".into()),
             dump: Some("d".into()),
+            renderdoc_frame: Some(3),
             gpu: Some("llvmpipe".into()),
             validation: true,
             present_mode: PresentMode::Mailbox,

@@ -111,6 +111,12 @@ impl Settings {
         if let Some(path) = &self.timings {
             has_extension("timings", path, &[FileKind::Json, FileKind::Csv])?;
         }
+        if let Some(frame) = self.renderdoc_frame.filter(|_| self.headless) {
+            let frames = self.warmup + self.frames.max(self.accumulate);
+            require(frame < frames, || {
+                format!("renderdoc-frame {frame} is never reached: the run has {frames} frame(s), counted from 0")
+            })?;
+        }
         if let Some(dump) = &self.dump {
             let inside = self.output.iter().chain(&self.timings).find(|path| path.starts_with(dump));
             require(inside.is_none(), || {
@@ -249,5 +255,7 @@ mod tests {
         assert_eq!(sentence, "output and timings are the same file, a.png: give two names");
         let sentence = complaint(|s| (s.dump, s.output) = (Some("d".into()), Some("d/a.png".into())));
         assert_eq!(sentence, "dump d must hold nothing else, and an output would lie in it");
+        let sentence = complaint(|s| (s.headless, s.frames, s.warmup, s.renderdoc_frame) = (true, 2, 1, Some(3)));
+        assert_eq!(sentence, "renderdoc-frame 3 is never reached: the run has 3 frame(s), counted from 0");
     }
 }

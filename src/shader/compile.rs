@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::source::{ShaderSource, all_sources};
-use super::spirv;
+use super::spirv::{self, Spirv};
 use super::variants::Stage;
 use crate::error::{Error, Result};
 
@@ -59,24 +59,41 @@ pub fn compile_all(shaders_dir: &Path) -> Result<Vec<String>> {
     Ok(compiled)
 }
 
-/// Compiles the shaders under `shaders/` whose sources are not those in use, and puts them in use in place of the embedded
-/// ones. Returns their names. All or none: with an error everything stays in use as it was.
+/// Shaders to put in use in place of others.
+pub struct Reload(Vec<(String, Option<Spirv>)>);
+
+impl Reload {
+    /// Their names.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        self.0.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// Puts them in use; gives those that were.
+    pub fn put_in_use(self) -> Self {
+        let exchange = |(name, spirv): (String, Option<Spirv>)| {
+            let before = spirv::replace(&name, spirv);
+            (name, before)
+        };
+        Self(self.0.into_iter().map(exchange).collect())
+    }
+}
+
+/// Compiles the shaders under `shaders/` whose sources are not those in use. With an error there are none.
 ///
 /// # Errors
 /// With file and line when a source does not compile.
-pub fn reload(shaders_dir: &Path) -> Result<Vec<String>> {
+pub fn reload(shaders_dir: &Path) -> Result<Reload> {
     let compiler = shaderc::Compiler::new().map_err(|e| Error::Failure(format!("shaderc: {e}")))?;
     let mut fresh = Vec::new();
     for source in all_sources(shaders_dir)? {
         let hash = source.hash();
         if spirv::hash_in_use(&source.name).as_ref() != Some(&hash) {
-            let bytes = compile(&compiler, &source)?;
-            fresh.push((source.name.clone(), hash, bytes));
+            let spirv = Spirv::new(hash, &compile(&compiler, &source)?);
+            fresh.push((source.name, Some(spirv)));
         }
     }
-    let names = fresh.iter().map(|(name, ..)| name.clone()).collect();
-    fresh.into_iter().for_each(|(name, hash, bytes)| spirv::replace(name, hash, &bytes));
-    Ok(names)
+    Ok(Reload(fresh))
 }
 
 fn remove_orphans(out_dir: &Path, manifest: &BTreeMap<String, String>) -> Result<()> {

@@ -8,13 +8,22 @@ use crate::error::{Error, Result};
 
 include!(concat!(env!("OUT_DIR"), "/spirv_table.rs"));
 
-/// A shader that replaces the embedded one of its name.
-struct Replacement {
+/// A compiled shader.
+pub struct Spirv {
+    /// Hash of its source.
     hash: String,
     words: Vec<u32>,
 }
 
-static REPLACED: RwLock<BTreeMap<String, Replacement>> = RwLock::new(BTreeMap::new());
+impl Spirv {
+    /// SPIR-V with the hash of its source.
+    #[must_use]
+    pub fn new(hash: String, bytes: &[u8]) -> Self {
+        Self { hash, words: to_words(bytes) }
+    }
+}
+
+static REPLACED: RwLock<BTreeMap<String, Spirv>> = RwLock::new(BTreeMap::new());
 
 /// The SPIR-V words of the shader variant `name`, as in `gbuffer/draw_scene.frag`.
 ///
@@ -35,10 +44,13 @@ fn to_words(bytes: &[u8]) -> Vec<u32> {
     bytes.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect()
 }
 
-/// Puts other SPIR-V in use, with the hash of its source.
-pub fn replace(name: String, hash: String, bytes: &[u8]) {
-    let replacement = Replacement { hash, words: to_words(bytes) };
-    REPLACED.write().unwrap_or_else(PoisonError::into_inner).insert(name, replacement);
+/// Puts other SPIR-V in use, or the embedded one for `None`; gives what was in use in its place.
+pub fn replace(name: &str, spirv: Option<Spirv>) -> Option<Spirv> {
+    let mut replaced = REPLACED.write().unwrap_or_else(PoisonError::into_inner);
+    match spirv {
+        Some(spirv) => replaced.insert(name.to_owned(), spirv),
+        None => replaced.remove(name),
+    }
 }
 
 /// Hash of the source of the SPIR-V in use that replaces the embedded one, if any does.

@@ -38,6 +38,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("shadow_rays/trace_shadow_rays.comp.glsl", RAYS),
     ("vpl_trace/trace_paths.comp.glsl", RAYS),
     ("direct_light/shade_direct.comp.glsl", RAYS),
+    ("inspect/inspect_pixel.comp.glsl", INSPECTIONS),
     ("brute_force/shade_all.comp.glsl", RAYS),
     ("path_trace/trace_pixels.comp.glsl", RAYS),
 ];
@@ -66,6 +67,13 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];
+
+/// A pixel's surface alone, or with the lights of the hierarchy and the rays of its shadow samples.
+const INSPECTIONS: &[VariantSpec] = &[
+    ("", &[]),
+    ("_lights", &[("INSPECT_LIGHTS", "1")]),
+    ("_lights_query", &[("INSPECT_LIGHTS", "1"), ("RAY_QUERY", "1")]),
+];
 
 /// The variants of the shader file at `relative` (path under `shaders/`).
 ///

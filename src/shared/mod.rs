@@ -5,7 +5,10 @@ use std::fmt::Write as _;
 
 mod structs;
 
-pub use structs::{FrameData, GpuMaterial, GridLight, GridPlacement, LEVEL_ROWS, PunctualLight};
+pub use structs::{
+    FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample, LEVEL_ROWS,
+    PunctualLight,
+};
 
 macro_rules! shared_constants {
     ($($(#[$doc:meta])* $name:ident = $value:expr;)*) => {
@@ -60,6 +63,14 @@ shared_constants! {
     LIGHTS_PER_ROW = 1024;
     /// Texels of a light in that image.
     LIGHT_TEXELS = 3;
+    /// A reservoir that holds no light.
+    SAMPLE_EMPTY = 0;
+    /// A shadow sample whose light sends nothing to the pixel.
+    SAMPLE_UNLIT = 1;
+    /// A shadow sample with nothing before its light.
+    SAMPLE_VISIBLE = 2;
+    /// A shadow sample with something before its light.
+    SAMPLE_BLOCKED = 3;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

@@ -3,7 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::MAX_LEVEL;
+use super::{MAX_LEVEL, MAX_SHADOW_SAMPLES};
 
 /// Rows of [`FrameData::levels`].
 pub const LEVEL_ROWS: usize = MAX_LEVEL as usize + 2;
@@ -34,7 +34,8 @@ pub struct FrameData {
     pub lights: [u32; 4],
     /// Alpha; squared singularity clamp; exposure (0 = automatic); ray offset.
     pub tuning: [f32; 4],
-    /// Number of the frame among those accumulated, from 0; seed of the shadow samples; the rest unused.
+    /// Number of the frame among those accumulated, from 0; seed of the shadow samples; the pixel that is
+    /// inspected.
     pub accumulation: [u32; 4],
     /// Per level 0..=MAX_LEVEL+1: vertices per axis; words per row; first word; first word of the next level.
     pub levels: [[u32; 4]; LEVEL_ROWS],
@@ -121,7 +122,88 @@ pub struct GridPlacement {
     pub padding: u32,
 }
 
+/// What the lights of one level send to an inspected pixel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct InspectedLevel {
+    /// Lights that contribute.
+    pub count: u32,
+    /// Those of them whose blending weight is below 1.
+    pub blended: u32,
+    /// Sum of the blending weights.
+    pub weight: f32,
+    /// Luminance of the unshadowed lighting per unit albedo.
+    pub lighting: f32,
+    /// Merged light that contributes most, or `NO_LIGHT`.
+    pub strongest: u32,
+    /// What it contributes.
+    pub strongest_lighting: f32,
+    /// How far away it is.
+    pub strongest_distance: f32,
+    /// Its blending weight.
+    pub strongest_weight: f32,
+}
+
+/// A shadow sample of an inspected pixel.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct InspectedSample {
+    /// Where the shadow ray ends.
+    pub position_ws: [f32; 3],
+    /// Merged light in the reservoir, or `NO_LIGHT`.
+    pub light: u32,
+    /// Luminance of the estimate of the unshadowed lighting, relative to the sum over all lights.
+    pub estimate: f32,
+    /// Level of the light.
+    pub level: u32,
+    /// One of `SAMPLE_*`.
+    pub state: u32,
+    /// Length of the ray.
+    pub distance: f32,
+}
+
+/// Everything about one pixel (pass `inspect`). Only `pixel`, `found` and `radiance` where there is no surface.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct InspectedPixel {
+    /// The pixel, row 0 at the top.
+    pub pixel: [u32; 2],
+    /// 1 when there is a surface.
+    pub found: u32,
+    /// Shadow samples.
+    pub sample_count: u32,
+    /// Position.
+    pub position_ws: [f32; 3],
+    /// Distance along the viewing direction.
+    pub depth: f32,
+    /// Shading normal.
+    pub normal: [f32; 3],
+    /// Levels of the hierarchy, level 0 included; 0 without one.
+    pub level_count: u32,
+    /// Normal of the triangle.
+    pub geometric_normal: [f32; 3],
+    /// Sum of f over all lights that samples are picked from.
+    pub total: f32,
+    /// Linear base colour.
+    pub albedo: [f32; 3],
+    /// Unused.
+    pub padding: f32,
+    /// Linear radiance, or the values of a view.
+    pub radiance: [f32; 4],
+    /// Direct light in it.
+    pub direct: [f32; 4],
+    /// Unshadowed indirect lighting per unit albedo.
+    pub lighting: [f32; 4],
+    /// Filtered shadow ratio S / U.
+    pub shadow_ratio: [f32; 4],
+    /// By level.
+    pub levels: [InspectedLevel; MAX_LEVEL as usize + 1],
+    /// By reservoir.
+    pub samples: [InspectedSample; MAX_SHADOW_SAMPLES as usize],
+}
+
 const _: () = {
+    assert!(size_of::<InspectedPixel>() == 144 + 32 * (MAX_LEVEL + 1 + MAX_SHADOW_SAMPLES) as usize);
     assert!(size_of::<GpuMaterial>() == 32);
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);

@@ -102,7 +102,7 @@ fn draw_ticks(canvas: &mut Canvas<'_>, [x, y]: [u32; 2], unit: u32, ticks: &[Str
 }
 
 /// Values at the start, the middle and the end of a bar. The middle of whole numbers is left out where it is not whole.
-fn ticks(end: f32, whole: bool) -> [String; 3] {
+pub fn ticks(end: f32, whole: bool) -> [String; 3] {
     let text = |value: f32| match value {
         v if whole || v >= 100.0 => format!("{v:.0}"),
         v if v >= 10.0 => format!("{v:.1}"),
@@ -113,8 +113,8 @@ fn ticks(end: f32, whole: bool) -> [String; 3] {
     ["0".to_owned(), middle, text(end)]
 }
 
-/// The colour at a fraction of a map, as `debug_view/colorize` mixes it.
-fn color_at(colors: &[u32], fraction: f32) -> u32 {
+/// The sRGB colour `0xRRGGBB` at a fraction of a map, as `debug_view/colorize` mixes it.
+pub fn color_at(colors: &[u32], fraction: f32) -> u32 {
     let at = fraction.clamp(0.0, 1.0) * (colors.len() - 1) as f32;
     let below = (at as usize).min(colors.len() - 2);
     let [a, b] = [colors[below], colors[below + 1]].map(u32::to_be_bytes);

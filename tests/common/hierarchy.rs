@@ -167,6 +167,7 @@ pub fn shape(options: Options) -> FrameShape {
         lobe: gridlight::settings::Lobe::Mixture,
         center: gridlight::settings::Center::Intensity,
         view: View::Final,
+        inspect: false,
     }
 }
 

@@ -48,9 +48,18 @@ pub fn check<P>(
     }
     for frame in 0..3 {
         for (index, resource) in graph.resources().iter().enumerate() {
-            if resource.lifetime == Lifetime::Acquired {
-                layouts[index] = ImageLayout::UNDEFINED;
-                cells[cells_of[index].clone()].iter_mut().for_each(|cell| *cell = acquired());
+            let cells = &mut cells[cells_of[index].clone()];
+            match resource.lifetime {
+                Lifetime::Acquired => {
+                    layouts[index] = ImageLayout::UNDEFINED;
+                    cells.iter_mut().for_each(|cell| *cell = acquired());
+                }
+                Lifetime::Continued => {
+                    layouts[index] = ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+                    cells.iter_mut().for_each(|cell| *cell = continued(index));
+                }
+                Lifetime::Readback => cells.iter_mut().for_each(|cell| *cell = Cell::default()),
+                Lifetime::Transient | Lifetime::Persistent | Lifetime::Imported => {}
             }
         }
         for (pass, planned) in graph.passes().iter().zip(&plan.passes) {
@@ -102,6 +111,14 @@ fn acquired() -> Cell {
     let stage = Stage::COLOR_ATTACHMENT_OUTPUT.as_raw();
     let waited = Op { stage, write: 0, ordered: 0, available: true, visible: HashSet::new() };
     Cell { ops: vec![waited], owner: None }
+}
+
+/// Memory that another graph on the same queue has drawn to.
+fn continued(owner: usize) -> Cell {
+    let (stage, write) = (Stage::COLOR_ATTACHMENT_OUTPUT, Mask::COLOR_ATTACHMENT_WRITE);
+    let mut cell = Cell { ops: Vec::new(), owner: Some(owner) };
+    record(&mut cell, stage, write, true);
+    cell
 }
 
 fn cut(resources: usize, placed: Option<(&AliasPlan, &[Option<Requirement>])>) -> (Vec<Range<usize>>, usize) {

@@ -285,3 +285,39 @@ fn an_acquired_image_is_another_one_in_every_frame() {
     assert_eq!(plan.passes[3].barriers, [last]);
     assert!(plan.initial.is_empty());
 }
+
+#[test]
+fn a_continued_image_goes_on_where_another_graph_left_it() {
+    let mut frame = Graph::new();
+    let picture = frame.transient_image("picture", color());
+    let shown = frame.continued_image("window", color());
+    frame.add_pass(pass("shade").bind(0, picture, Access::ComputeWrite));
+    let draw = pass("draw").bind(0, picture, Access::FragmentSampled);
+    frame.add_pass(draw.uses(shown, Access::ColorAttachmentBlend));
+    frame.add_pass(pass("present").uses(shown, Access::Present));
+    let plan = planned(&frame);
+    let attachment = ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+    // What the other graph has drawn is kept and waited for, in every frame.
+    let blend = (COLOR_WRITE.0, Mask::COLOR_ATTACHMENT_READ | Mask::COLOR_ATTACHMENT_WRITE);
+    let first = memory(shown, attachment, COLOR_WRITE, blend);
+    assert!(plan.passes[1].barriers.contains(&first), "{:?}", plan.passes[1]);
+    let last =
+        transition(shown, (attachment, ImageLayout::PRESENT_SRC_KHR), COLOR_WRITE, only_order(Stage::ALL_COMMANDS));
+    assert_eq!(plan.passes[2].barriers, [last]);
+}
+
+#[test]
+fn a_readback_buffer_is_another_one_for_each_frame_in_flight() {
+    let mut frame = Graph::new();
+    let counts = frame.persistent_buffer("counts", 64);
+    let host = frame.readback_buffer("host", 64);
+    frame.add_pass(pass("count").bind(0, counts, Access::ComputeWrite));
+    frame.add_pass(pass("copy").uses(counts, Access::TransferRead).uses(host, Access::TransferWrite));
+    frame.add_pass(pass("read").uses(host, Access::HostRead));
+    let plan = planned(&frame);
+    let of_host = |pass: usize| plan.passes[pass].barriers.iter().filter(|b| b.resource == host.into()).count();
+    // The frame before has another buffer, so that nothing waits for the host to have read it.
+    assert_eq!((of_host(1), of_host(2)), (0, 1), "{:?}", plan.passes);
+    let visible = plan.passes[2].barriers[0];
+    assert_eq!((visible.dst_stage, visible.dst_access), (Stage::HOST, Mask::HOST_READ));
+}

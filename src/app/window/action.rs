@@ -29,8 +29,16 @@ pub enum Action {
     Sun([f32; 2]),
     /// Let the sun turn by itself, degrees in a second.
     SunSpeed(f32),
-    /// Count the lights of each level and the rays.
-    Count,
+    /// Begin or end the split view; it begins with the settings in use on both sides, and those on the left are held.
+    Split,
+    /// Exchange the sides of the split view.
+    Swap,
+    /// Put the divider of the split view here, 0 to 1 from the left of the window.
+    Divider(f32),
+    /// Begin or end to inspect the pixel under the cursor.
+    Inspect,
+    /// Inspect this point of the window, 0 to 1 from the top left corner.
+    InspectAt([f32; 2]),
     /// Open a scene.
     Open(PathBuf),
     /// Save the picture: to a `.png` or `.exr` file, or both beside the settings under a name without an extension;

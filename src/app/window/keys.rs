@@ -15,13 +15,16 @@ const FAST: f32 = 4.0;
 const SUN_DEG_PER_S: f32 = 30.0;
 
 /// Keys by the names that scripts have for them.
-pub const NAMES: [(&str, KeyCode); 28] = [
+pub const NAMES: [(&str, KeyCode); 31] = [
     ("w", KeyCode::KeyW),
     ("a", KeyCode::KeyA),
     ("s", KeyCode::KeyS),
     ("d", KeyCode::KeyD),
     ("q", KeyCode::KeyQ),
     ("e", KeyCode::KeyE),
+    ("c", KeyCode::KeyC),
+    ("x", KeyCode::KeyX),
+    ("i", KeyCode::KeyI),
     ("shift", KeyCode::ShiftLeft),
     ("ctrl", KeyCode::ControlLeft),
     ("left", KeyCode::ArrowLeft),
@@ -53,6 +56,9 @@ pub fn action_of(key: KeyCode) -> Option<Action> {
         KeyCode::Space => Some(Action::Pause),
         KeyCode::Period => Some(Action::Step),
         KeyCode::Tab => Some(Action::Panel),
+        KeyCode::KeyC => Some(Action::Split),
+        KeyCode::KeyX => Some(Action::Swap),
+        KeyCode::KeyI => Some(Action::Inspect),
         KeyCode::F5 => Some(Action::Reload),
         KeyCode::F6 => Some(Action::Screenshot(None)),
         KeyCode::F11 => Some(Action::Fullscreen),

@@ -7,6 +7,8 @@ mod keys;
 mod loader;
 mod panel;
 mod presets;
+#[cfg(feature = "shader-compiler")]
+mod reload;
 mod scale;
 mod screenshot;
 mod script;

@@ -8,12 +8,13 @@ const LADDER: [f32; 10] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.09, 0.0
 const AIM_MS: f64 = 100.0;
 /// Slower or faster than this, in `AIM_MS`, the scale changes.
 const SLOW: f64 = 1.3;
-const FAST: f64 = 0.4;
-/// Frames in a row that must be slow or fast.
-const SLOW_FRAMES: u32 = 3;
-const FAST_FRAMES: u32 = 10;
-/// Frames after a change that are not looked at: at least those under way.
-const WARM_UP: u32 = 3;
+const FAST: f64 = 0.5;
+/// Frames whose median decides.
+const OBSERVED: usize = 5;
+/// Frames after a change that are not looked at: those under way, and one in which drivers compile shaders.
+const WARM_UP: u32 = 4;
+/// Rungs that the scale changes by at once, at most.
+const LONGEST_STEP: usize = 2;
 /// A smaller picture that takes more than this of the time before does not help.
 const NO_HELP: f64 = 0.85;
 /// Pixels of the first picture.
@@ -22,12 +23,12 @@ const FIRST_PIXELS: f32 = 320.0 * 180.0;
 /// Chooses the scale of the next frames.
 pub struct ScaleControl {
     rung: usize,
-    slow: u32,
-    fast: u32,
-    /// Frames that do not count: drivers compile shaders at their first use.
+    /// Frames observed since the last decision.
+    observed: Vec<f64>,
+    /// Frames that do not count.
     warming: u32,
-    /// Time before the last step down.
-    before_ms: Option<f64>,
+    /// Rung and time before the last step down.
+    before: Option<(usize, f64)>,
     /// Rungs below this do not help.
     lowest: usize,
     /// Rungs above this were too slow.
@@ -39,13 +40,12 @@ impl ScaleControl {
     pub fn new(window_px: [u32; 2]) -> Self {
         let wanted = (FIRST_PIXELS / (window_px[0] as f32 * window_px[1] as f32).max(1.0)).sqrt();
         let rung = LADDER.iter().position(|scale| *scale <= wanted).unwrap_or(LADDER.len() - 1);
-        Self { rung, slow: 0, fast: 0, warming: WARM_UP, before_ms: None, lowest: LADDER.len() - 1, highest: 0 }
+        Self { rung, observed: Vec::new(), warming: WARM_UP, before: None, lowest: LADDER.len() - 1, highest: 0 }
     }
 
     /// Other settings, another scene: what was learnt counts no longer.
     pub fn forget(&mut self) {
-        (self.slow, self.fast, self.warming, self.before_ms) = (0, 0, WARM_UP, None);
-        (self.lowest, self.highest) = (LADDER.len() - 1, 0);
+        *self = Self { rung: self.rung, ..Self::new([1, 1]) };
     }
 
     /// The scale in use.
@@ -59,29 +59,43 @@ impl ScaleControl {
             self.warming -= 1;
             return false;
         }
-        self.slow = if frame_ms > SLOW * AIM_MS { self.slow + 1 } else { 0 };
-        self.fast = if frame_ms < FAST * AIM_MS { self.fast + 1 } else { 0 };
-        if let Some(before) = self.before_ms.filter(|_| self.slow >= SLOW_FRAMES) {
-            self.before_ms = None;
-            if frame_ms > NO_HELP * before {
-                // What takes the time is not the picture: as well be it a larger one.
-                self.lowest = self.rung.saturating_sub(1);
-                return self.step(self.lowest);
-            }
+        self.observed.push(frame_ms);
+        if self.observed.len() < OBSERVED {
+            return false;
         }
-        if self.slow >= SLOW_FRAMES && self.rung < self.lowest {
-            self.before_ms = Some(frame_ms);
+        self.observed.sort_by(f64::total_cmp);
+        let median_ms = self.observed[OBSERVED / 2];
+        self.observed.clear();
+        let slow = median_ms > SLOW * AIM_MS;
+        if let Some((rung, before_ms)) = self.before.take()
+            && slow
+            && median_ms > NO_HELP * before_ms
+        {
+            // What takes the time is not the picture: as well be it the larger one.
+            self.lowest = rung;
+            return self.step(rung);
+        }
+        if slow && self.rung < self.lowest {
+            self.before = Some((self.rung, median_ms));
             self.highest = self.rung + 1;
-            return self.step(self.rung + 1);
+            return self.step(self.rung_for(median_ms).clamp(self.rung + 1, self.lowest));
         }
-        if self.fast >= FAST_FRAMES && self.rung > self.highest {
+        if median_ms < FAST * AIM_MS && self.rung > self.highest {
             return self.step(self.rung - 1);
         }
         false
     }
 
+    /// The largest picture that would be fast enough if time went with pixels; not too far from the one in use.
+    fn rung_for(&self, ms: f64) -> usize {
+        let wanted = f64::from(self.scale()) * (AIM_MS / ms).sqrt();
+        let rung = LADDER.iter().position(|scale| f64::from(*scale) <= wanted).unwrap_or(LADDER.len() - 1);
+        rung.min(self.rung + LONGEST_STEP)
+    }
+
     fn step(&mut self, rung: usize) -> bool {
-        (self.slow, self.fast, self.warming) = (0, 0, WARM_UP);
+        self.observed.clear();
+        self.warming = WARM_UP;
         std::mem::replace(&mut self.rung, rung) != rung
     }
 }
@@ -105,18 +119,35 @@ pub fn fixed_scale(setting: RenderScale, is_cpu: bool) -> Option<f32> {
 mod tests {
     use super::*;
 
+    /// Frames until the scale changes, at most `most`.
+    fn frames_to_change(control: &mut ScaleControl, ms: f64, most: u32) -> Option<u32> {
+        (1..=most).find(|_| control.observe(ms))
+    }
+
     #[test]
     fn slow_frames_make_the_picture_smaller_and_fast_ones_larger() {
         let mut control = ScaleControl::new([1280, 720]);
         assert_eq!(control.scale(), 0.25);
-        assert!(!(0..WARM_UP + 2).any(|_| control.observe(900.0)) && control.observe(900.0));
+        assert_eq!(frames_to_change(&mut control, 170.0, 99), Some(WARM_UP + OBSERVED as u32));
         assert_eq!(control.scale(), 0.1875);
-        for _ in 0..99 {
-            assert!(!control.observe(90.0));
-        }
+        assert_eq!(frames_to_change(&mut control, 90.0, 99), None);
         let mut control = ScaleControl::new([1280, 720]);
-        assert!((0..WARM_UP + FAST_FRAMES).any(|_| control.observe(10.0)));
+        assert!(frames_to_change(&mut control, 10.0, 20).is_some());
         assert_eq!(control.scale(), 0.375);
+    }
+
+    #[test]
+    fn much_too_slow_frames_take_two_rungs() {
+        let mut control = ScaleControl::new([1280, 720]);
+        assert!(frames_to_change(&mut control, 900.0, 20).is_some());
+        assert_eq!(control.scale(), 0.125);
+    }
+
+    #[test]
+    fn one_slow_frame_changes_nothing() {
+        let mut control = ScaleControl::new([1280, 720]);
+        let changes = (0..100).filter(|i| control.observe(if i % 5 == 0 { 900.0 } else { 90.0 })).count();
+        assert_eq!(changes, 0);
     }
 
     #[test]
@@ -129,7 +160,7 @@ mod tests {
     #[test]
     fn it_does_not_swing() {
         let mut control = ScaleControl::new([1280, 720]);
-        let time = |scale: f32| 2000.0 * f64::from(scale);
+        let time = |scale: f32| 4000.0 * f64::from(scale * scale);
         let changes = (0..500)
             .filter(|_| {
                 let ms = time(control.scale());

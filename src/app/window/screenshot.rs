@@ -5,29 +5,48 @@ use std::path::{Path, PathBuf};
 use crate::renderer::Renderer;
 use crate::report::FileKind;
 use crate::report::files::OutputFile;
+use crate::report::image_files::Picture;
 use crate::report::timings::Program;
 use crate::settings::{self, Settings};
 use crate::{Error, Result};
 
-/// Writes the picture of the last frame; gives what was written, in words. Waits for the GPU.
+/// Writes the picture of the last frame; gives what was written, in words. `held` is the left side of a split view, which
+/// has files of its own unless a single one is named. Waits for the GPU.
 ///
 /// # Errors
 /// When a file cannot be written or the device is lost.
-pub fn save(renderer: &Renderer, settings: &Settings, name: Option<&Path>) -> Result<String> {
-    let Program { name: program, version, commit } = Program::this();
-    let note = format!("{program} {version} ({commit}), {}", settings::name(&settings.technique));
-    let picture = renderer.read_picture(note)?;
-    let write = |path: &Path| OutputFile::create(path)?.commit_picture(&picture);
+pub fn save(
+    renderer: &Renderer,
+    settings: &Settings,
+    held: Option<(&Renderer, Settings)>,
+    name: Option<&Path>,
+) -> Result<String> {
     if let Some(path) = name.filter(|path| FileKind::of(path).is_some()) {
-        write(path)?;
+        OutputFile::create(path)?.commit_picture(&picture(renderer, settings)?)?;
         return Ok(path.display().to_string());
     }
     let base = name.map_or_else(free_name, |name| Ok(name.to_path_buf()))?;
-    for extension in ["exr", "png"] {
-        write(&with_extension(&base, extension))?;
+    save_all(renderer, settings, &base)?;
+    let mut what = format!("{}.exr, .png and .toml", base.display());
+    if let Some((renderer, settings)) = held {
+        let left = with_end(&base, "-left");
+        save_all(renderer, &settings, &left)?;
+        what += &format!(", {} of the left side", left.display());
     }
-    save_settings(settings, &with_extension(&base, "toml"))?;
-    Ok(format!("{}.exr, .png and .toml", base.display()))
+    Ok(what)
+}
+
+fn picture(renderer: &Renderer, settings: &Settings) -> Result<Picture> {
+    let Program { name, version, commit } = Program::this();
+    renderer.read_picture(format!("{name} {version} ({commit}), {}", settings::name(&settings.technique)))
+}
+
+fn save_all(renderer: &Renderer, settings: &Settings, base: &Path) -> Result<()> {
+    let picture = picture(renderer, settings)?;
+    for extension in [".exr", ".png"] {
+        OutputFile::create(&with_end(base, extension))?.commit_picture(&picture)?;
+    }
+    save_settings(settings, &with_end(base, ".toml"))
 }
 
 /// Writes the settings as a file that `--settings` reads.
@@ -39,16 +58,15 @@ pub fn save_settings(settings: &Settings, path: &Path) -> Result<()> {
     std::fs::write(path, text).map_err(|error| Error::file(path, format!("cannot be written: {error}")))
 }
 
-fn with_extension(base: &Path, extension: &str) -> PathBuf {
+fn with_end(base: &Path, end: &str) -> PathBuf {
     let mut name = base.as_os_str().to_owned();
-    name.push(".");
-    name.push(extension);
+    name.push(end);
     name.into()
 }
 
 /// The first of gridlight-001, gridlight-002, ... that no file here has.
 fn free_name() -> Result<PathBuf> {
-    let taken = |base: &Path| ["exr", "png", "toml"].iter().any(|e| with_extension(base, e).exists());
+    let taken = |base: &Path| [".exr", ".png", ".toml"].iter().any(|end| with_end(base, end).exists());
     (1..1000)
         .map(|number| PathBuf::from(format!("gridlight-{number:03}")))
         .find(|base| !taken(base))

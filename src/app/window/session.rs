@@ -2,6 +2,7 @@
 
 mod actions;
 mod draw;
+mod split;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use winit::event::{MouseScrollDelta, WindowEvent};
 use winit::keyboard::KeyCode;
 use winit::window::{CursorGrabMode, Window};
 
+use self::split::{Inspector, Split};
 use super::action::Action;
 use super::app::IDLE;
 use super::camera::FlyCamera;
@@ -18,11 +20,15 @@ use super::keys::{self, Keys};
 use super::loader::Loading;
 use super::panel::Panel;
 use super::panel::history::History;
+#[cfg(feature = "shader-compiler")]
+use super::reload::ShaderReload;
 use super::scale::{ScaleControl, fixed_scale};
 use super::script::Script;
 use super::stage::Stage;
 use super::sun::Sun;
 use crate::app::headless::find_camera;
+use crate::gpu::FrameCapture;
+use crate::renderer::Told;
 use crate::scene::Camera;
 use crate::settings::{RenderScale, Settings};
 use crate::{Error, Result, interrupt};
@@ -80,6 +86,17 @@ pub struct Session {
     history: History,
     /// Frames accumulated since anything changed.
     accumulated: u32,
+    /// What the last completed frame told.
+    told: Option<Told>,
+    split: Option<Split>,
+    inspector: Inspector,
+    /// Screenshots to take of the next frame.
+    screenshots: Vec<Option<PathBuf>>,
+    capture: Option<FrameCapture>,
+    /// Frames shown.
+    shown_count: u64,
+    #[cfg(feature = "shader-compiler")]
+    shaders: ShaderReload,
     /// Where the last frame was seen from.
     shown_camera: Option<Camera>,
     /// Something may look different from the last frame.
@@ -98,9 +115,11 @@ impl Session {
     /// Opens the device and starts to load the scene.
     ///
     /// # Errors
-    /// Those of [`Stage::open`].
+    /// Those of [`Stage::open`] and [`FrameCapture::load`].
     pub fn open(window: Arc<Window>, mut settings: Settings, script: Script) -> Result<Self> {
-        let stage = Stage::open(&settings, Arc::<Window>::clone(&window))?;
+        let capture = FrameCapture::load(settings.renderdoc_frame)?;
+        let stage = Stage::open(&settings, Arc::<Window>::clone(&window));
+        let stage = FrameCapture::opened(capture.as_ref(), stage)?;
         if stage.gpu().report().is_cpu() && settings.render_scale == RenderScale::Auto {
             adapt_to_cpu(&mut settings);
         }
@@ -125,6 +144,14 @@ impl Session {
             scale: ScaleControl::new([size.width, size.height]),
             history: History::default(),
             accumulated: 0,
+            told: None,
+            split: None,
+            inspector: Inspector::Off,
+            screenshots: Vec::new(),
+            capture,
+            shown_count: 0,
+            #[cfg(feature = "shader-compiler")]
+            shaders: ShaderReload::start(),
             shown_camera: None,
             dirty: true,
             hidden: false,
@@ -167,14 +194,19 @@ impl Session {
         if !self.stage.is_ready()? {
             return Ok(Pace::In(BUSY));
         }
-        self.take_times();
-        if self.loading.is_none() {
+        self.take_done();
+        #[cfg(feature = "shader-compiler")]
+        self.take_shaders()?;
+        // A script waits for scenes and for screenshots.
+        if self.loading.is_none() && self.screenshots.is_empty() {
             self.run_script()?;
             self.frame += 1;
         }
         self.pass_time()?;
         self.show_title();
         if self.hidden || self.window_px().contains(&0) {
+            // There is no next frame: the last one must do.
+            self.take_screenshots()?;
             return Ok(Pace::In(IDLE));
         }
         if self.is_at_rest() {
@@ -185,7 +217,7 @@ impl Session {
 
     /// Whether the next frame would look like the last.
     fn is_at_rest(&self) -> bool {
-        let goal = self.settings.accumulate;
+        let goal = self.goal();
         let finished = goal > 1 && self.accumulated >= goal;
         !self.dirty && self.script.is_over() && (self.clock.paused || finished) && !self.panel.wants_repaint()
     }
@@ -200,7 +232,7 @@ impl Session {
         while let Some(action) = self.script.next(self.frame) {
             log::debug!("frame {}: {action:?}", self.frame);
             self.act(action)?;
-            if self.loading.is_some() {
+            if self.loading.is_some() || !self.screenshots.is_empty() {
                 break;
             }
         }
@@ -224,7 +256,7 @@ impl Session {
         let at_rest = azimuth == 0.0 && elevation == 0.0;
         if at_rest && self.sun_turned_deg > FAR_TURN_DEG && self.sun_speed == 0.0 {
             self.sun_turned_deg = 0.0;
-            let measured = self.stage.measure_again(self.camera.camera(), &self.picture_settings());
+            let measured = self.stage.measure_again(self.camera.camera());
             self.soften(measured)?;
         }
         Ok(())

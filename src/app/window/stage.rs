@@ -6,11 +6,11 @@ use std::sync::Arc;
 use super::loader::Loaded;
 use crate::Result;
 use crate::gpu::{
-    Acquired, FRAMES_IN_FLIGHT, FrameTicket, FrameTimes, Gpu, GpuOptions, PanelPainter, PanelPicture, Presented,
-    Surface, Swapchain, WindowSource, is_srgb,
+    Acquired, FRAMES_IN_FLIGHT, FrameResult, FrameTicket, Gpu, GpuOptions, Overlay, PanelPainter, PanelPicture,
+    Presented, Shown, Surface, Swapchain, Target, WindowSource, is_srgb,
 };
-use crate::passes::present::WindowFormat;
-use crate::renderer::{Fresh, Renderer, UploadedScene};
+use crate::passes::present::{Part, WindowFormat};
+use crate::renderer::{Fresh, Renderer, Showing, Told, UploadedScene};
 use crate::scene::{Camera, Scene};
 use crate::settings::Settings;
 use crate::shared::PunctualLight;
@@ -37,27 +37,78 @@ enum Measures {
 pub struct Request<'a> {
     /// Settings, with the size of the picture rather than that of the window.
     pub settings: &'a Settings,
+    /// Settings of the left side of a split view, and where it ends, as a fraction of the window's width.
+    pub held: Option<(&'a Settings, f32)>,
     /// Where it is seen from.
     pub camera: &'a Camera,
     /// Directional and spot lights, when they have changed.
     pub lights: Option<Vec<PunctualLight>>,
     /// Number among the accumulated frames.
     pub number: u32,
+    /// Point of the window that is inspected, from the top left corner, 0 to 1.
+    pub inspected: Option<[f32; 2]>,
     /// What is drawn over it.
     pub panel: &'a PanelPicture,
 }
 
-/// A scene on the device, with its compiled frame.
-struct Show {
+/// What a side of a frame that has completed took and told.
+pub struct Done {
+    /// Times.
+    pub result: FrameResult,
+    /// What the host learns of every frame.
+    pub told: Option<Told>,
+}
+
+/// A frame that has completed, and the left side of its split view.
+pub struct DoneFrame {
+    /// The frame, or its right side.
+    pub main: Done,
+    /// The left side.
+    pub held: Option<Done>,
+}
+
+/// A compiled frame.
+struct Side {
     renderer: Renderer,
     /// What the renderer was measured with.
     made_with: Settings,
+}
+
+impl Side {
+    fn finish(&mut self, ticket: FrameTicket) -> Result<Done> {
+        let result = self.renderer.wait(ticket)?;
+        Ok(Done { told: self.renderer.told(&result), result })
+    }
+
+    fn prepare(&mut self, gpu: &Gpu, scene: &UploadedScene, settings: &Settings, request: &Request<'_>) {
+        self.renderer.update(gpu, scene, request.camera, settings);
+        if self.renderer.shape().accumulate {
+            self.renderer.set_accumulated_frame(request.number, Fresh::All);
+        }
+        if let Some([x, y]) = request.inspected {
+            let pixel = |at: f32, edge: u32| ((at * edge as f32) as u32).min(edge.saturating_sub(1));
+            self.renderer.inspect_pixel([pixel(x, settings.size.width), pixel(y, settings.size.height)]);
+        }
+    }
+}
+
+/// A scene on the device, with its compiled frames.
+struct Show {
+    main: Side,
+    /// The left side of a split view.
+    held: Option<Side>,
     uploaded: UploadedScene,
+}
+
+/// A frame under way.
+struct Tickets {
+    main: FrameTicket,
+    held: Option<FrameTicket>,
 }
 
 /// Everything on the device. Fields are dropped in order.
 pub struct Stage {
-    tickets: VecDeque<FrameTicket>,
+    tickets: VecDeque<Tickets>,
     show: Option<Show>,
     /// Scene of the show.
     scene: Option<Scene>,
@@ -66,8 +117,8 @@ pub struct Stage {
     format: WindowFormat,
     surface: Surface,
     gpu: Arc<Gpu>,
-    /// Times of frames that have completed and that nobody has taken.
-    times: Vec<FrameTimes>,
+    /// Frames that have completed and that nobody has taken.
+    done: Vec<DoneFrame>,
     /// Frames compiled so far.
     pub builds: u32,
 }
@@ -93,7 +144,7 @@ impl Stage {
             format,
             surface,
             gpu,
-            times: Vec::new(),
+            done: Vec::new(),
             builds: 0,
         })
     }
@@ -115,7 +166,12 @@ impl Stage {
 
     /// The compiled frame.
     pub fn renderer(&self) -> Option<&Renderer> {
-        self.show.as_ref().map(|show| &show.renderer)
+        self.show.as_ref().map(|show| &show.main.renderer)
+    }
+
+    /// The compiled left side of a split view.
+    pub fn held_renderer(&self) -> Option<&Renderer> {
+        self.show.as_ref()?.held.as_ref().map(|held| &held.renderer)
     }
 
     /// Puts another scene on the stage; the one before stays when that fails.
@@ -124,9 +180,9 @@ impl Stage {
     /// When the scene does not fit the device or the settings.
     pub fn set_scene(&mut self, loaded: Loaded, camera: &Camera, settings: &Settings) -> Result<()> {
         let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.rays)?;
-        let renderer = Renderer::for_window(&self.gpu, &uploaded, camera, settings, self.format, None)?;
+        let main = self.compile_side(&uploaded, camera, settings, (Part::Whole, false), None)?;
         self.retire()?;
-        self.show = Some(Show { renderer, made_with: settings.clone(), uploaded });
+        self.show = Some(Show { main, held: None, uploaded });
         self.scene = Some(loaded.scene);
         self.builds += 1;
         Ok(())
@@ -136,13 +192,38 @@ impl Stage {
     ///
     /// # Errors
     /// When the settings do not fit the device.
-    pub fn adapt(&mut self, camera: &Camera, settings: &Settings) -> Result<bool> {
-        let Some(show) = &self.show else { return Ok(false) };
-        let Show { renderer, made_with, uploaded } = show;
-        if renderer.fits(&self.gpu, uploaded, settings, made_with)? {
+    pub fn adapt(&mut self, camera: &Camera, settings: &Settings, inspect: bool) -> Result<bool> {
+        let Some(Show { main, held, uploaded }) = &self.show else { return Ok(false) };
+        let part = if held.is_some() { Part::Right } else { Part::Whole };
+        let Side { renderer, made_with } = main;
+        if renderer.fits(&self.gpu, uploaded, settings, made_with, self.showing(part, inspect))? {
             return Ok(false);
         }
-        self.compile(camera, settings)?;
+        let side = self.compile_side(uploaded, camera, settings, (part, inspect), Some(main))?;
+        self.replace(|show| show.main = side)?;
+        Ok(true)
+    }
+
+    /// The same for the left side of a split view; `None` ends it.
+    ///
+    /// # Errors
+    /// When the settings do not fit the device.
+    pub fn adapt_held(&mut self, camera: &Camera, settings: Option<&Settings>, inspect: bool) -> Result<bool> {
+        let Some(Show { main, held, uploaded }) = &self.show else { return Ok(false) };
+        let side = match (held, settings) {
+            (None, None) => return Ok(false),
+            (Some(_), None) => None,
+            (Some(Side { renderer, made_with }), Some(settings))
+                if renderer.fits(&self.gpu, uploaded, settings, made_with, self.showing(Part::Left, inspect))? =>
+            {
+                return Ok(false);
+            }
+            (held, Some(settings)) => {
+                let before = held.as_ref().unwrap_or(main);
+                Some(self.compile_side(uploaded, camera, settings, (Part::Left, inspect), Some(before))?)
+            }
+        };
+        self.replace(|show| show.held = side)?;
         Ok(true)
     }
 
@@ -150,25 +231,53 @@ impl Stage {
     ///
     /// # Errors
     /// Those of [`Renderer::for_window`].
-    pub fn measure_again(&mut self, camera: &Camera, settings: &Settings) -> Result<()> {
-        self.compile_with(camera, settings, Measures::Anew)
+    pub fn measure_again(&mut self, camera: &Camera) -> Result<()> {
+        self.compile_again(camera, Measures::Anew)
     }
 
-    /// Compiles the frame anew with the shaders in use; the one before stays when that fails.
+    /// Compiles the frames anew with the shaders in use; the ones before stay when that fails.
     ///
     /// # Errors
     /// Those of [`Renderer::for_window`].
-    pub fn compile(&mut self, camera: &Camera, settings: &Settings) -> Result<()> {
-        self.compile_with(camera, settings, Measures::Kept)
+    pub fn compile(&mut self, camera: &Camera) -> Result<()> {
+        self.compile_again(camera, Measures::Kept)
     }
 
-    fn compile_with(&mut self, camera: &Camera, settings: &Settings, measures: Measures) -> Result<()> {
-        let Some(Show { renderer, made_with, uploaded }) = &self.show else { return Ok(()) };
-        let before = (measures == Measures::Kept).then_some((renderer, made_with));
-        let renderer = Renderer::for_window(&self.gpu, uploaded, camera, settings, self.format, before)?;
+    fn compile_again(&mut self, camera: &Camera, measures: Measures) -> Result<()> {
+        let Some(Show { main, held, uploaded }) = &self.show else { return Ok(()) };
+        let again = |side: &Side, part| {
+            let before = (measures == Measures::Kept).then_some(side);
+            let inspect = side.renderer.shape().inspect;
+            self.compile_side(uploaded, camera, &side.made_with, (part, inspect), before)
+        };
+        let new_held = held.as_ref().map(|side| again(side, Part::Left)).transpose()?;
+        let new_main = again(main, if held.is_some() { Part::Right } else { Part::Whole })?;
+        self.replace(|show| (show.main, show.held) = (new_main, new_held))
+    }
+
+    fn showing(&self, part: Part, inspect: bool) -> Showing {
+        Showing { format: self.format, part, inspect }
+    }
+
+    fn compile_side(
+        &self,
+        uploaded: &UploadedScene,
+        camera: &Camera,
+        settings: &Settings,
+        (part, inspect): (Part, bool),
+        before: Option<&Side>,
+    ) -> Result<Side> {
+        let before = before.map(|side| (&side.renderer, &side.made_with));
+        let showing = self.showing(part, inspect);
+        let renderer = Renderer::for_window(&self.gpu, uploaded, camera, settings, showing, before)?;
+        Ok(Side { renderer, made_with: settings.clone() })
+    }
+
+    /// Changes the show once the frames under way have completed.
+    fn replace(&mut self, change: impl FnOnce(&mut Show)) -> Result<()> {
         self.retire()?;
         if let Some(show) = &mut self.show {
-            (show.renderer, show.made_with) = (renderer, settings.clone());
+            change(show);
         }
         self.builds += 1;
         Ok(())
@@ -176,9 +285,20 @@ impl Stage {
 
     /// Waits for the frames under way.
     fn retire(&mut self) -> Result<()> {
-        while let (Some(ticket), Some(show)) = (self.tickets.pop_front(), &mut self.show) {
-            self.times.push(show.renderer.wait(ticket)?);
+        while !self.tickets.is_empty() {
+            self.finish_first()?;
         }
+        Ok(())
+    }
+
+    /// Waits for the frame that was begun first.
+    fn finish_first(&mut self) -> Result<()> {
+        let (Some(show), Some(tickets)) = (&mut self.show, self.tickets.pop_front()) else { return Ok(()) };
+        let held = match (&mut show.held, tickets.held) {
+            (Some(side), Some(ticket)) => Some(side.finish(ticket)?),
+            _ => None,
+        };
+        self.done.push(DoneFrame { main: show.main.finish(tickets.main)?, held });
         Ok(())
     }
 
@@ -187,21 +307,19 @@ impl Stage {
     /// # Errors
     /// When the device is lost.
     pub fn is_ready(&mut self) -> Result<bool> {
-        let Some(show) = &mut self.show else { return Ok(true) };
-        while let Some(ticket) = self.tickets.front() {
-            if !show.renderer.executor().is_done(ticket)? {
+        while let (Some(show), Some(tickets)) = (&self.show, self.tickets.front()) {
+            // The left side is submitted before the right one and completes before it.
+            if !show.main.renderer.executor().is_done(&tickets.main)? {
                 break;
             }
-            if let Some(ticket) = self.tickets.pop_front() {
-                self.times.push(show.renderer.wait(ticket)?);
-            }
+            self.finish_first()?;
         }
         Ok(self.tickets.len() < FRAMES_IN_FLIGHT)
     }
 
-    /// Times of the frames that completed since the last call.
-    pub fn take_times(&mut self) -> Vec<FrameTimes> {
-        std::mem::take(&mut self.times)
+    /// The frames that completed since the last call.
+    pub fn take_done(&mut self) -> Vec<DoneFrame> {
+        std::mem::take(&mut self.done)
     }
 
     /// Drops the swapchain: the window has another size, or none.
@@ -214,7 +332,7 @@ impl Stage {
     /// # Errors
     /// When the device is lost, or the surface is and cannot be had again.
     pub fn frame(&mut self, window_px: [u32; 2], request: &Request<'_>) -> Result<Outcome> {
-        if !self.ensure_swapchain(window_px, request.settings, request.camera)? {
+        if !self.ensure_swapchain(window_px, request)? {
             return Ok(Outcome::Skipped);
         }
         let (Some(show), Some(swapchain)) = (&mut self.show, &mut self.swapchain) else { return Ok(Outcome::Skipped) };
@@ -227,21 +345,14 @@ impl Stage {
             }
             Acquired::SurfaceLost => return self.renew_surface(),
         };
-        let Show { renderer, uploaded, .. } = show;
-        renderer.update(&self.gpu, uploaded, request.camera, request.settings);
-        if renderer.shape().accumulate {
-            renderer.set_accumulated_frame(request.number, Fresh::All);
-        }
-        if let Some(lights) = &request.lights {
-            renderer.update_lights(lights);
-        }
         let painter = match &mut self.painter {
             Some(painter) => painter,
             none => none.insert(PanelPainter::new(&self.gpu, self.format.format)?),
         };
         painter.update_textures(&request.panel.textures)?;
         let mut overlay = |commands, extent| painter.draw(commands, extent, request.panel);
-        self.tickets.push_back(renderer.submit_to(&target, &mut overlay)?);
+        let tickets = submit(&self.gpu, show, &target, request, &mut overlay)?;
+        self.tickets.push_back(tickets);
         match swapchain.present(target)? {
             Presented::Shown => {}
             Presented::Stale => self.swapchain = None,
@@ -251,21 +362,21 @@ impl Stage {
     }
 
     /// Makes the swapchain when there is none; false while the window has no area.
-    fn ensure_swapchain(&mut self, window_px: [u32; 2], settings: &Settings, camera: &Camera) -> Result<bool> {
+    fn ensure_swapchain(&mut self, window_px: [u32; 2], request: &Request<'_>) -> Result<bool> {
         if self.swapchain.is_some() {
             return Ok(true);
         }
         if window_px.contains(&0) {
             return Ok(false);
         }
-        self.swapchain = Swapchain::new(&self.surface, window_px, settings.present_mode)?;
+        self.swapchain = Swapchain::new(&self.surface, window_px, request.settings.present_mode)?;
         let Some(swapchain) = &self.swapchain else { return Ok(false) };
         let format = window_format(swapchain.format());
         if format != self.format {
             // Another monitor may want another format.
             self.format = format;
             self.painter = None;
-            self.compile(camera, settings)?;
+            self.compile(request.camera)?;
         }
         Ok(true)
     }
@@ -276,6 +387,35 @@ impl Stage {
         self.surface.renew()?;
         Ok(Outcome::Skipped)
     }
+}
+
+/// Submits the sides of a frame, the left one first.
+fn submit(
+    gpu: &Gpu,
+    show: &mut Show,
+    target: &Target,
+    request: &Request<'_>,
+    overlay: &mut Overlay<'_>,
+) -> Result<Tickets> {
+    let Show { main, held, uploaded } = show;
+    let [width, height] = target.size_px();
+    let split = held.as_mut().zip(request.held);
+    let divider = split.as_ref().map_or(0, |(_, (_, at))| ((at * width as f32) as u32).min(width));
+    let mut lights = request.lights.as_deref();
+    let held = match split {
+        None => None,
+        Some((side, (settings, _))) => {
+            side.prepare(gpu, uploaded, settings, request);
+            // The lights are the scene's: once written they are there for both.
+            lights.take().into_iter().for_each(|lights| side.renderer.update_lights(lights));
+            let part_px = Some([0, 0, divider, height]);
+            Some(side.renderer.submit_to(&mut Shown { target, part_px, overlay })?)
+        }
+    };
+    main.prepare(gpu, uploaded, request.settings, request);
+    lights.into_iter().for_each(|lights| main.renderer.update_lights(lights));
+    let part_px = Some([divider, 0, width - divider, height]);
+    Ok(Tickets { main: main.renderer.submit_to(&mut Shown { target, part_px, overlay })?, held })
 }
 
 fn window_format(format: ash::vk::Format) -> WindowFormat {

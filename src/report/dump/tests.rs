@@ -37,6 +37,7 @@ fn shape() -> FrameShape {
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,
         count_overdraw: true,
         view: View::Final,
+        inspect: false,
     }
 }
 

@@ -1,9 +1,9 @@
 //! What the panel shows of everything else.
 
 use super::history::History;
-use crate::Result;
 use crate::gpu::MemoryUse;
-use crate::renderer::Renderer;
+use crate::passes::FrameShape;
+use crate::renderer::Told;
 use crate::settings::{Settings, Size};
 
 /// What is known when a frame begins.
@@ -38,34 +38,30 @@ pub struct Facts<'a> {
     pub sun_speed: f32,
     /// The picture's size follows the time that frames take.
     pub scale_is_chosen: bool,
+    /// The frame, or the right side of a split view.
+    pub main: SideFacts<'a>,
+    /// The left side of a split view.
+    pub held: Option<HeldFacts<'a>>,
+    /// A pixel is inspected.
+    pub inspects: bool,
 }
 
-/// What a frame counted.
-pub struct Counts {
-    /// Virtual point lights.
-    pub vpls: u32,
-    /// Lights of level 1, 2, ...
-    pub levels: Vec<u32>,
-    /// Rays of light paths and of shadows.
-    pub rays: [u32; 2],
+/// What is known of one side of the window.
+pub struct SideFacts<'a> {
+    /// Shape of its frame, when one is compiled.
+    pub shape: Option<&'a FrameShape>,
+    /// What its last completed frame told.
+    pub told: Option<&'a Told>,
 }
 
-impl Counts {
-    /// Reads what the last frame counted; waits.
-    ///
-    /// # Errors
-    /// When the device is lost.
-    pub fn read(renderer: &Renderer) -> Result<Self> {
-        let words = |buffer| -> Result<Vec<u32>> {
-            Ok(bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(buffer)?))
-        };
-        let rays = words(renderer.outputs().ray_count)?;
-        let mut counts = Self { vpls: 0, levels: Vec::new(), rays: [rays[0], rays[1]] };
-        if let Some(hierarchy) = &renderer.outputs().hierarchy {
-            counts.vpls = words(hierarchy.lights.counts)?[1];
-            let table = words(hierarchy.grid.level_table)?;
-            counts.levels = (1..=renderer.shape().levels.top as usize).map(|l| table[2 * l + 1]).collect();
-        }
-        Ok(counts)
-    }
+/// What is known of the left side of a split view.
+pub struct HeldFacts<'a> {
+    /// Its frame.
+    pub side: SideFacts<'a>,
+    /// Where it ends, from the left of the window, 0 to 1.
+    pub divider: f32,
+    /// Settings that differ, with the values on the left and on the right.
+    pub differences: Vec<(String, [String; 2])>,
+    /// Sum of its passes in the last frame.
+    pub ms: f64,
 }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use crate::gpu::FrameTimes;
+use crate::gpu::FrameResult;
 
 /// Frames that are kept.
 pub const KEPT: usize = 120;
@@ -13,14 +13,14 @@ const MEAN_OF: usize = 10;
 /// Times of the last frames, oldest first.
 #[derive(Default)]
 pub struct History {
-    frames: VecDeque<FrameTimes>,
+    frames: VecDeque<FrameResult>,
     /// When the last frames were seen to be done.
     seen: VecDeque<Instant>,
 }
 
 impl History {
     /// Takes note of a frame.
-    pub fn add(&mut self, times: FrameTimes) {
+    pub fn add(&mut self, times: FrameResult) {
         if self.frames.len() == KEPT {
             self.frames.pop_front();
         }
@@ -37,7 +37,7 @@ impl History {
     }
 
     /// The frames, oldest first.
-    pub fn frames(&self) -> impl ExactSizeIterator<Item = &FrameTimes> {
+    pub fn frames(&self) -> impl ExactSizeIterator<Item = &FrameResult> {
         self.frames.iter()
     }
 

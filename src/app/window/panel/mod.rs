@@ -1,7 +1,10 @@
 //! The panel: egui over the picture.
 
+mod compare;
 pub mod facts;
 pub mod history;
+mod inspector;
+mod legend;
 mod rows;
 mod times;
 
@@ -10,9 +13,10 @@ use std::time::{Duration, Instant};
 
 use egui::{Align2, Color32, Context, RichText, Ui};
 use winit::event::WindowEvent;
+use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::Window;
 
-use self::facts::{Counts, Facts};
+use self::facts::Facts;
 use self::rows::Rows;
 use super::action::Action;
 use super::presets::PRESETS;
@@ -30,7 +34,6 @@ pub struct Panel {
     input: egui_winit::State,
     visible: bool,
     rows: Rows,
-    counts: Option<Counts>,
     error: Option<String>,
     message: Option<(Instant, String)>,
     settings_file: String,
@@ -52,7 +55,6 @@ impl Panel {
             input,
             visible: false,
             rows: Rows::new(),
-            counts: None,
             error: None,
             message: Some((Instant::now(), hello)),
             settings_file: "gridlight.toml".to_owned(),
@@ -81,11 +83,6 @@ impl Panel {
         self.message = Some((Instant::now(), text));
     }
 
-    /// Shows what a frame counted.
-    pub fn set_counts(&mut self, counts: Counts) {
-        self.counts = Some(counts);
-    }
-
     /// Whether the panel moves by itself.
     pub fn wants_repaint(&self) -> bool {
         self.repaint || self.message.is_some()
@@ -93,6 +90,10 @@ impl Panel {
 
     /// Lets egui see an event; true when it is not for the picture.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        if is_tab(event) {
+            // It shows and hides the panel; egui would put its focus on a button, which Space then presses.
+            return false;
+        }
         let response = self.input.on_window_event(window, event);
         match event {
             // Keys that a text or an open list is waiting for are theirs.
@@ -100,7 +101,7 @@ impl Panel {
                 self.visible && (self.context.egui_wants_keyboard_input() || egui::Popup::is_any_open(&self.context))
             }
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
-                self.visible && (self.context.egui_wants_pointer_input() || self.context.is_pointer_over_egui())
+                self.context.egui_wants_pointer_input() || self.context.is_pointer_over_egui()
             }
             _ => response.consumed,
         }
@@ -132,7 +133,16 @@ impl Panel {
                 egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.contents(ui, facts, actions));
             });
         }
+        compare::overlay(ui, ui.available_rect_before_wrap(), facts, actions);
         self.notes(ui, facts);
+    }
+
+    /// Where the cursor is, from the top left corner of the window, 0 to 1; `None` over the panel or outside.
+    pub fn cursor(&self) -> Option<[f32; 2]> {
+        let window = self.context.content_rect();
+        let at = self.context.pointer_hover_pos().filter(|at| window.contains(*at))?;
+        let over_panel = self.context.is_pointer_over_egui();
+        (!over_panel).then(|| [(at.x - window.left()) / window.width(), (at.y - window.top()) / window.height()])
     }
 
     /// What is shown over the picture, panel or not.
@@ -159,8 +169,16 @@ impl Panel {
 
     fn contents(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         self.summary(ui, facts, actions);
+        egui::CollapsingHeader::new("Compare and inspect").default_open(true).show(ui, |ui| {
+            compare::section(ui, facts, actions);
+            let mut inspects = facts.inspects;
+            let help = "Surface, lights by level with their blending weights, and shadow samples of the pixel under the cursor";
+            if ui.checkbox(&mut inspects, "Inspect pixels (I)").on_hover_text(help).changed() {
+                actions.push(Action::Inspect);
+            }
+        });
         egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| times::show(ui, facts));
-        egui::CollapsingHeader::new("Memory and counts").show(ui, |ui| self.memory(ui, facts, actions));
+        egui::CollapsingHeader::new("Memory and counts").show(ui, |ui| memory(ui, facts));
         egui::CollapsingHeader::new("Presets and files").default_open(true).show(ui, |ui| {
             self.presets(ui, facts, actions);
         });
@@ -213,40 +231,6 @@ impl Panel {
         ui.separator();
     }
 
-    fn memory(&self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
-        let mib = |bytes: u64| format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20));
-        let memory = &facts.memory;
-        egui::Grid::new("memory").num_columns(2).show(ui, |ui| {
-            for (name, bytes) in [
-                ("reserved from the driver", facts.reserved_bytes),
-                ("kept from frame to frame", memory.persistent_bytes),
-                ("shared within a frame", memory.transient_bytes),
-                ("... without sharing", memory.unaliased_bytes),
-            ] {
-                ui.label(name);
-                ui.label(mib(bytes));
-                ui.end_row();
-            }
-        });
-        if ui.button("Count lights and rays").on_hover_text("Waits for the frame and reads its counters").clicked() {
-            actions.push(Action::Count);
-        }
-        let Some(counts) = &self.counts else { return };
-        egui::Grid::new("counts").num_columns(2).striped(true).show(ui, |ui| {
-            let mut row = |name: String, count: u32| {
-                ui.label(name);
-                ui.label(count.to_string());
-                ui.end_row();
-            };
-            row("virtual point lights".to_owned(), counts.vpls);
-            for (index, count) in counts.levels.iter().enumerate() {
-                row(format!("lights of level {}", index + 1), *count);
-            }
-            row("rays of light paths".to_owned(), counts.rays[0]);
-            row("shadow rays".to_owned(), counts.rays[1]);
-        });
-    }
-
     fn presets(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         ui.horizontal_wrapped(|ui| {
             if ui.button("defaults").on_hover_text("What the program does when nothing is said").clicked() {
@@ -286,6 +270,44 @@ impl Panel {
     }
 }
 
+fn is_tab(event: &WindowEvent) -> bool {
+    matches!(event, WindowEvent::KeyboardInput { event, .. } if event.physical_key == PhysicalKey::Code(KeyCode::Tab))
+}
+
+/// Bytes and lights.
+fn memory(ui: &mut Ui, facts: &Facts<'_>) {
+    let mib = |bytes: u64| format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20));
+    let memory = &facts.memory;
+    egui::Grid::new("memory").num_columns(2).show(ui, |ui| {
+        for (name, bytes) in [
+            ("reserved from the driver", facts.reserved_bytes),
+            ("kept from frame to frame", memory.persistent_bytes),
+            ("shared within a frame", memory.transient_bytes),
+            ("... without sharing", memory.unaliased_bytes),
+        ] {
+            ui.label(name);
+            ui.label(mib(bytes));
+            ui.end_row();
+        }
+    });
+    let Some(told) = facts.main.told else { return };
+    egui::Grid::new("counts").num_columns(2).striped(true).show(ui, |ui| {
+        let mut row = |name: String, count: u32| {
+            ui.label(name);
+            ui.label(count.to_string());
+            ui.end_row();
+        };
+        if let Some(vpls) = told.vpls {
+            row("virtual point lights".to_owned(), vpls);
+        }
+        for (index, count) in told.levels.iter().enumerate() {
+            row(format!("lights of level {}", index + 1), *count);
+        }
+        row("rays of light paths".to_owned(), told.rays[0]);
+        row("shadow rays".to_owned(), told.rays[1]);
+    });
+}
+
 /// Where the sun stands, and its own turn.
 fn sun(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
     let Some([azimuth, elevation]) = facts.sun_deg else { return };
@@ -293,7 +315,9 @@ fn sun(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         let mut slider = |name: &str, help: &str, value: f32, range: std::ops::RangeInclusive<f32>| {
             let mut new = value;
             ui.label(name).on_hover_text(help);
-            let changed = ui.add(egui::Slider::new(&mut new, range).suffix("°").fixed_decimals(0)).changed();
+            // Only what is shown is rounded: with fewer decimals the slider would round the sun's place when it appears.
+            let slider = egui::Slider::new(&mut new, range).suffix("°").custom_formatter(|v, _| format!("{v:.0}"));
+            let changed = ui.add(slider).changed();
             ui.end_row();
             changed.then_some(new - value)
         };

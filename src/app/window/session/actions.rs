@@ -6,6 +6,7 @@ use winit::dpi::PhysicalSize;
 use winit::window::Fullscreen;
 
 use super::Session;
+use super::split::Inspector;
 use crate::Result;
 use crate::app::headless::find_camera;
 use crate::app::window::action::Action;
@@ -39,9 +40,13 @@ impl Session {
             Action::Preset(name) => self.change(Ok(presets::apply(name, &self.settings)))?,
             Action::Sun(turn) => self.turn_sun(turn),
             Action::SunSpeed(speed) => self.sun_speed = speed,
-            Action::Count => self.count()?,
+            Action::Split => self.toggle_split(),
+            Action::Swap => self.swap_sides(),
+            Action::Divider(at) => self.move_divider(at),
+            Action::Inspect => self.toggle_inspector(),
+            Action::InspectAt(point) => self.inspector = Inspector::At(point),
             Action::Open(path) => self.load(Some(path))?,
-            Action::Screenshot(name) => self.take_screenshot(name.as_deref())?,
+            Action::Screenshot(name) => self.screenshots.push(name),
             Action::SaveSettings(path) => {
                 let saved = screenshot::save_settings(&self.present_settings(), &path);
                 if self.soften(saved)?.is_some() {
@@ -54,7 +59,7 @@ impl Session {
                 self.clock.paused = true;
                 self.clock.steps += 1;
             }
-            Action::Reload => self.reload()?,
+            Action::Reload => self.reload(),
             Action::Fullscreen => {
                 let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
                 self.window.set_fullscreen(full);
@@ -151,35 +156,50 @@ impl Session {
         if other_scene { self.load(scene) } else { Ok(()) }
     }
 
-    /// Compiles shaders that have changed; with an error the last good ones stay.
+    /// Compiles shaders that have changed, on a thread of its own.
     #[cfg(feature = "shader-compiler")]
-    fn reload(&mut self) -> Result<()> {
-        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders"));
-        let Some(names) = self.soften(crate::shader::compile::reload(folder))? else { return Ok(()) };
+    fn reload(&mut self) {
+        self.shaders.ask();
+    }
+
+    #[cfg(not(feature = "shader-compiler"))]
+    fn reload(&mut self) {
+        self.panel.show_error("this build cannot compile shaders: build with --features shader-compiler".to_owned());
+    }
+
+    /// Puts shaders in use that have been compiled; with an error the last good ones stay.
+    #[cfg(feature = "shader-compiler")]
+    pub(super) fn take_shaders(&mut self) -> Result<()> {
+        let Some(compiled) = self.shaders.take() else { return Ok(()) };
+        self.dirty = true;
+        let Some(compiled) = self.soften(compiled)? else { return Ok(()) };
+        let names = compiled.names();
         self.panel.clear_error();
         self.panel.say(format!("{} shader(s) compiled {}", names.len(), names.join(" ")));
         log::info!("{} shader(s) compiled: {}", names.len(), names.join(" "));
         if names.is_empty() {
             return Ok(());
         }
-        let settings = self.picture_settings();
-        let compiled = self.stage.compile(self.camera.camera(), &settings);
+        let before = compiled.put_in_use();
+        let adopted = self.stage.compile(self.camera.camera());
+        if self.soften(adopted)?.is_none() {
+            // They compile, but the frame cannot have them: bindings that are not there, say.
+            before.put_in_use();
+        }
         self.accumulated = 0;
-        self.soften(compiled).map(|_| ())
-    }
-
-    #[cfg(not(feature = "shader-compiler"))]
-    fn reload(&mut self) -> Result<()> {
-        self.panel.show_error("this build cannot compile shaders: build with --features shader-compiler".to_owned());
         Ok(())
     }
 
-    fn take_screenshot(&mut self, name: Option<&Path>) -> Result<()> {
-        let Some(renderer) = self.stage.renderer() else { return Ok(()) };
-        let saved = screenshot::save(renderer, &self.picture_settings(), name);
-        if let Some(what) = self.soften(saved)? {
-            log::info!("saved {what}");
-            self.panel.say(format!("saved {what}"));
+    /// Takes the screenshots that were asked for, of the last frame; waits for it.
+    pub(super) fn take_screenshots(&mut self) -> Result<()> {
+        for name in std::mem::take(&mut self.screenshots) {
+            let Some(renderer) = self.stage.renderer() else { return Ok(()) };
+            let held = self.stage.held_renderer().zip(self.held_settings());
+            let saved = screenshot::save(renderer, &self.picture_settings(), held, name.as_deref());
+            if let Some(what) = self.soften(saved)? {
+                log::info!("saved {what}");
+                self.panel.say(format!("saved {what}"));
+            }
         }
         Ok(())
     }

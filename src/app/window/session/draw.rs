@@ -2,17 +2,18 @@
 
 use std::time::{Duration, Instant};
 
+use super::split::Inspector;
 use super::{Pace, Session};
 use crate::Result;
 use crate::app::window::action::Action;
 use crate::app::window::app::IDLE;
 use crate::app::window::loader::Loading;
-use crate::app::window::panel::facts::{Counts, Facts};
+use crate::app::window::panel::facts::{Facts, SideFacts};
 use crate::app::window::scale::{fixed_scale, picture_size};
-use crate::app::window::stage::{Outcome, Request};
+use crate::app::window::stage::{DoneFrame, Outcome, Request};
 use crate::app::window::sun::Sun;
-use crate::gpu::PanelPicture;
-use crate::renderer::Renderer;
+use crate::gpu::{FrameCapture, PanelPicture};
+use crate::renderer::{Renderer, Told};
 use crate::settings::Settings;
 
 /// Time between two titles.
@@ -27,10 +28,15 @@ impl Session {
 
     /// The settings with the picture's size in place of the window's.
     pub(super) fn picture_settings(&self) -> Settings {
-        let scale = fixed_scale(self.settings.render_scale, self.stage.gpu().report().is_cpu())
+        self.sized(self.present_settings())
+    }
+
+    /// Settings with the size that the picture has in the window.
+    pub(super) fn sized(&self, settings: Settings) -> Settings {
+        let scale = fixed_scale(settings.render_scale, self.stage.gpu().report().is_cpu())
             .unwrap_or_else(|| self.scale.scale());
-        let size = picture_size(self.window_px(), scale, self.settings.interleave);
-        Settings { size, ..self.present_settings() }
+        let size = picture_size(self.window_px(), scale, settings.interleave);
+        Settings { size, ..settings }
     }
 
     /// Runs the panel, adapts the frame to what it says, and shows it.
@@ -40,20 +46,14 @@ impl Session {
         for action in actions {
             self.act(action)?;
         }
-        let settings = self.picture_settings();
-        let adapted = self.stage.adapt(self.camera.camera(), &settings);
-        match self.soften(adapted)? {
-            Some(true) => {
-                self.history.forget();
-                self.accumulated = 0;
-            }
-            Some(false) => {}
-            None => {
-                // The frame before stays, and so do its settings.
-                self.settings = self.shown_settings.clone();
-                return Ok(Pace::AtOnce);
-            }
+        if let (Inspector::Cursor(_), Some(at)) = (self.inspector, self.panel.cursor()) {
+            self.inspector = Inspector::Cursor(at);
         }
+        if !self.adapt()? {
+            return Ok(Pace::AtOnce);
+        }
+        let settings = self.picture_settings();
+        let held = self.held_settings();
         if self.changes_picture() {
             self.accumulated = 0;
         }
@@ -62,12 +62,22 @@ impl Session {
         let window_px = self.window_px();
         let request = Request {
             settings: &settings,
+            held: held.as_ref().zip(self.split.as_ref().map(|split| split.divider)),
             camera: self.camera.camera(),
             lights,
             number: self.accumulated,
+            inspected: self.inspector.point(),
             panel: &picture,
         };
-        let outcome = self.stage.frame(window_px, &request)?;
+        if let Some(capture) = &mut self.capture {
+            capture.begin(self.shown_count);
+        }
+        let outcome = self.stage.frame(window_px, &request);
+        let captured = self.capture.as_mut().map_or(Ok(None), FrameCapture::end);
+        let outcome = outcome?;
+        if let Some(Some(path)) = self.soften(captured)? {
+            self.panel.say(format!("RenderDoc captured {}", path.display()));
+        }
         self.shown_camera = Some(self.camera.camera().clone());
         if outcome == Outcome::Skipped {
             self.dirty = true;
@@ -76,8 +86,30 @@ impl Session {
         if let Some(sun) = &mut self.sun {
             sun.mark_shown();
         }
+        self.shown_count += 1;
         self.accumulated = self.accumulated.saturating_add(1);
+        self.take_screenshots()?;
         Ok(Pace::AtOnce)
+    }
+
+    /// Compiles what has another shape with the settings; false when that failed and settings went back.
+    fn adapt(&mut self) -> Result<bool> {
+        let held_anew = self.adapt_held()?;
+        let adapted = self.stage.adapt(self.camera.camera(), &self.picture_settings(), self.inspector.is_on());
+        match self.soften(adapted)? {
+            Some(anew) => {
+                if anew || held_anew {
+                    self.history.forget();
+                    self.accumulated = 0;
+                }
+                Ok(true)
+            }
+            None => {
+                // The frame before stays, and so do its settings.
+                self.settings = self.shown_settings.clone();
+                Ok(false)
+            }
+        }
     }
 
     /// Whether a mean of frames must begin anew.
@@ -88,25 +120,24 @@ impl Session {
     }
 
     /// Takes note of the frames that have completed.
-    pub(super) fn take_times(&mut self) {
-        for times in self.stage.take_times() {
-            let ms: f64 = times.pass_ms.iter().sum();
-            self.history.add(times);
-            if self.chooses_scale() && self.settings.accumulate == 1 && self.scale.observe(ms) {
+    pub(super) fn take_done(&mut self) {
+        for DoneFrame { main, held } in self.stage.take_done() {
+            let mut ms: f64 = main.result.pass_ms.iter().sum();
+            ms += self.split.as_mut().zip(held).map_or(0.0, |(split, held)| split.take(held));
+            self.history.add(main.result);
+            self.take_told(main.told);
+            if self.chooses_scale() && self.goal() == 1 && self.scale.observe(ms) {
                 let size = self.picture_settings().size;
                 log::warn!("frames take {ms:.0} ms: the picture now has {size} pixels");
             }
         }
     }
 
-    /// Reads what the last frame counted; waits for it.
-    pub(super) fn count(&mut self) -> Result<()> {
-        let Some(renderer) = self.stage.renderer() else { return Ok(()) };
-        let counted = Counts::read(renderer);
-        if let Some(counts) = self.soften(counted)? {
-            self.panel.set_counts(counts);
-        }
-        Ok(())
+    /// Takes note of what a frame told; a window at rest shows it once more where it is of something else.
+    fn take_told(&mut self, told: Option<Told>) {
+        let subject = |told: &Option<Told>| told.as_ref().map(|told| told.inspected.map(|pixel| pixel.pixel));
+        self.dirty |= subject(&told) != subject(&self.told);
+        self.told = told;
     }
 
     fn run_panel(&mut self) -> (PanelPicture, Vec<Action>) {
@@ -130,6 +161,9 @@ impl Session {
             sun_deg: self.sun.as_ref().map(Sun::angles_deg),
             sun_speed: self.sun_speed,
             scale_is_chosen,
+            main: SideFacts { shape: renderer.map(Renderer::shape), told: self.told.as_ref() },
+            held: self.split.as_ref().map(|split| split.facts(&self.stage, &settings)),
+            inspects: self.inspector.is_on(),
         };
         self.panel.run(&self.window, &facts)
     }
@@ -145,8 +179,8 @@ impl Session {
             let size = self.picture_settings().size;
             title += &format!(" - {} - {size} pixels - {:.1} frames/s", scene.name, self.history.frames_per_second());
         }
-        if self.settings.accumulate > 1 {
-            title += &format!(" - {} of {} frames", self.accumulated, self.settings.accumulate);
+        if self.goal() > 1 {
+            title += &format!(" - {} of {} frames", self.accumulated, self.goal());
         }
         if self.clock.paused {
             title += " - paused";

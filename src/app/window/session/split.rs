@@ -1,0 +1,141 @@
+//! The split view and the pixel inspector: what is held on the left, and which pixel is looked at.
+
+use super::Session;
+use crate::Result;
+use crate::app::window::panel::facts::{HeldFacts, SideFacts};
+use crate::app::window::stage::{Done, Stage};
+use crate::renderer::{Renderer, Told};
+use crate::settings::Settings;
+
+/// The left side of a split view.
+pub(super) struct Split {
+    /// Its settings; scene, camera, window and device are those in use.
+    settings: Settings,
+    /// Where it ends, 0 to 1 from the left.
+    pub(super) divider: f32,
+    told: Option<Told>,
+    /// Sum of its passes in the last frame.
+    ms: f64,
+}
+
+/// Which pixel is inspected.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Inspector {
+    Off,
+    /// The one under the cursor, which was here last.
+    Cursor([f32; 2]),
+    /// The one at this point of the window.
+    At([f32; 2]),
+}
+
+impl Inspector {
+    pub(super) fn is_on(self) -> bool {
+        self != Self::Off
+    }
+
+    /// The point, 0 to 1 from the top left corner of the window.
+    pub(super) fn point(self) -> Option<[f32; 2]> {
+        match self {
+            Self::Off => None,
+            Self::Cursor(at) | Self::At(at) => Some(at),
+        }
+    }
+}
+
+impl Split {
+    /// Takes note of a frame; its milliseconds.
+    pub(super) fn take(&mut self, done: Done) -> f64 {
+        self.ms = done.result.pass_ms.iter().sum();
+        self.told = done.told;
+        self.ms
+    }
+
+    /// What the panel shows of it; `others` are the settings of the right side.
+    pub(super) fn facts<'a>(&'a self, stage: &'a Stage, others: &Settings) -> HeldFacts<'a> {
+        HeldFacts {
+            side: SideFacts { shape: stage.held_renderer().map(Renderer::shape), told: self.told.as_ref() },
+            divider: self.divider,
+            differences: with_shared(&self.settings, others).differences(others).unwrap_or_default(),
+            ms: self.ms,
+        }
+    }
+}
+
+impl Session {
+    /// Begins or ends the split view.
+    pub(super) fn toggle_split(&mut self) {
+        self.split = match self.split.take() {
+            Some(_) => None,
+            None => Some(Split { settings: self.settings.clone(), divider: 0.5, told: None, ms: 0.0 }),
+        };
+        self.restart();
+    }
+
+    /// Exchanges the sides.
+    pub(super) fn swap_sides(&mut self) {
+        let Some(split) = &mut self.split else {
+            self.panel.say("there is no split view to exchange the sides of: C begins one".to_owned());
+            return;
+        };
+        let shared = self.settings.clone();
+        let held = std::mem::replace(&mut split.settings, shared.clone());
+        self.settings = with_shared(&held, &shared);
+        self.restart();
+    }
+
+    /// Puts the divider somewhere.
+    pub(super) fn move_divider(&mut self, at: f32) {
+        if let Some(split) = &mut self.split {
+            split.divider = at;
+        }
+    }
+
+    /// Begins or ends to inspect what is under the cursor.
+    pub(super) fn toggle_inspector(&mut self) {
+        self.inspector = if self.inspector.is_on() { Inspector::Off } else { Inspector::Cursor([0.5; 2]) };
+    }
+
+    /// Other settings or sides: what was learnt of the time and of the mean counts no longer.
+    fn restart(&mut self) {
+        self.scale.forget();
+        self.accumulated = 0;
+    }
+
+    /// Settings of the left side, with the picture's size in place of the window's.
+    pub(super) fn held_settings(&self) -> Option<Settings> {
+        let split = self.split.as_ref()?;
+        Some(self.sized(with_shared(&split.settings, &self.present_settings())))
+    }
+
+    /// Compiles the left side where it has to be. When that fails the split view ends, and a word says why.
+    pub(super) fn adapt_held(&mut self) -> Result<bool> {
+        let held = self.held_settings();
+        let adapted = self.stage.adapt_held(self.camera.camera(), held.as_ref(), self.inspector.is_on());
+        let adapted = self.soften(adapted)?;
+        if adapted.is_none() {
+            self.split = None;
+        }
+        Ok(adapted.unwrap_or(true))
+    }
+
+    /// Frames that the mean on either side is of.
+    pub(super) fn goal(&self) -> u32 {
+        let held = self.split.as_ref().map_or(1, |split| split.settings.accumulate);
+        self.settings.accumulate.max(held)
+    }
+}
+
+/// Settings with those of others that belong to the scene, the camera, the window and the device.
+fn with_shared(settings: &Settings, others: &Settings) -> Settings {
+    Settings {
+        scene: others.scene.clone(),
+        camera: others.camera.clone(),
+        size: others.size,
+        gpu: others.gpu.clone(),
+        validation: others.validation,
+        present_mode: others.present_mode,
+        render_scale: others.render_scale,
+        max_submit_ms: others.max_submit_ms,
+        ..settings.clone()
+    }
+}

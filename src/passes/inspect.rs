@@ -1,0 +1,59 @@
+//! `inspect`: everything about one pixel, for the window's inspector: surface, lights by level, shadow samples.
+
+use super::compose::Indirect;
+use super::gbuffer::GBuffer;
+use super::shadow_rays::{self, Samples};
+use super::{Frame, shader};
+use crate::gpu::{ComputeWork, Dispatch};
+use crate::graph::{Access, BufferHandle, ImageHandle};
+use crate::shared::InspectedPixel;
+
+/// What a frame has of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// Linear radiance, or the values of a view.
+    pub radiance: ImageHandle,
+    /// Direct light.
+    pub direct: Option<ImageHandle>,
+    /// Indirect light.
+    pub indirect: Option<Indirect>,
+    /// Lights and shadow samples.
+    pub lights: Option<Samples>,
+}
+
+/// Adds the pass, one workgroup that looks at the pixel named in the frame's constants; gives an [`InspectedPixel`].
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, seen: &Seen) -> BufferHandle {
+    let inspected = frame.graph.persistent_buffer("inspected_pixel", size_of::<InspectedPixel>() as u64);
+    // What is not there is black, and shadows that are not there darken nothing.
+    let (lighting, shadows) = (seen.indirect.map(|i| i.lighting), seen.indirect.and_then(|i| i.shadows));
+    let unused = gbuffer.albedo;
+    let flags =
+        u32::from(seen.direct.is_some()) | u32::from(lighting.is_some()) << 1 | u32::from(shadows.is_some()) << 2;
+    let one = Dispatch::groups(1);
+    let pass = match &seen.lights {
+        Some(samples) => {
+            let work = ComputeWork { push: vec![flags], ..frame.ray_shader("inspect/inspect_pixel_lights", one) };
+            shadow_rays::sampling(frame, "inspect", work, gbuffer, samples)
+                .bind(15, samples.placement, Access::ComputeRead)
+                .bind(16, samples.merged.tiles, Access::ComputeRead)
+        }
+        None => {
+            let work = ComputeWork { push: vec![0, flags], ..shader("inspect/inspect_pixel", one) };
+            frame.compute("inspect", work).bind(1, gbuffer.depth, Access::ComputeSampled).bind(
+                2,
+                gbuffer.normals,
+                Access::ComputeSampled,
+            )
+        }
+    };
+    let pass = pass
+        .bind(17, gbuffer.albedo, Access::ComputeSampled)
+        .bind(18, seen.radiance, Access::ComputeSampled)
+        .bind(19, seen.direct.unwrap_or(unused), Access::ComputeSampled)
+        .bind(20, lighting.unwrap_or(unused), Access::ComputeSampled)
+        .bind(21, shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
+        .bind(22, shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
+        .bind(23, inspected, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    inspected
+}

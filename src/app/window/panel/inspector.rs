@@ -57,12 +57,15 @@ fn surface(ui: &mut Ui, pixel: &InspectedPixel) {
     });
 }
 
-/// Three numbers with as many digits as tell something.
-fn three(v: [f32; 3]) -> String {
-    let number = |v: f32| match v.abs() {
+/// A number with as many digits as tell something.
+fn number(v: f32) -> String {
+    match v.abs() {
         a if a >= 1000.0 || (a > 0.0 && a < 0.001) => format!("{v:>9.2e}"),
         _ => format!("{v:>9.4}"),
-    };
+    }
+}
+
+fn three(v: [f32; 3]) -> String {
     v.map(number).join(" ")
 }
 
@@ -130,7 +133,7 @@ fn samples(ui: &mut Ui, pixel: &InspectedPixel) {
                     RichText::new(format!("■ {}", sample.level)).color(color(LEVEL_COLORS[sample.level as usize])),
                 );
                 ui.monospace(format!("{:.3} m", sample.distance));
-                ui.monospace(format!("{:.3}", sample.estimate));
+                ui.monospace(number(sample.estimate).trim_start());
             } else {
                 (0..3).for_each(|_| drop(ui.label("")));
             }

@@ -1,10 +1,10 @@
 //! Milliseconds of the passes: a stacked graph of the last frames, and a table.
 
+use colorous::{SET3, TABLEAU10};
 use egui::{Color32, Rect, Sense, Ui, Vec2, pos2};
 
 use super::facts::Facts;
 use super::history::KEPT;
-use crate::views::LEVEL_COLORS;
 
 /// Height of the graph in points.
 const HEIGHT: f32 = 90.0;
@@ -49,13 +49,19 @@ fn groups(names: &[String]) -> Vec<Group> {
         match groups.iter_mut().find(|group| group.name == name) {
             Some(group) => group.passes.push(index),
             None => {
-                let rgb = LEVEL_COLORS[(groups.len() + 1) % LEVEL_COLORS.len()];
-                let [_, r, g, b] = rgb.to_be_bytes();
-                groups.push(Group { name: name.to_owned(), passes: vec![index], color: Color32::from_rgb(r, g, b) });
+                let color = color(groups.len());
+                groups.push(Group { name: name.to_owned(), passes: vec![index], color });
             }
         }
     }
     groups
+}
+
+/// Colours that are told apart, as many as there are passes in most frames.
+fn color(index: usize) -> Color32 {
+    let palette: Vec<_> = TABLEAU10.iter().chain(SET3.iter()).collect();
+    let colorous::Color { r, g, b } = palette[index % palette.len()];
+    Color32::from_rgb(*r, *g, *b)
 }
 
 fn ms(passes: &[usize], times: &[f64]) -> f64 {

@@ -175,11 +175,13 @@ impl Session {
         let Some(compiled) = self.soften(compiled)? else { return Ok(()) };
         let names = compiled.names();
         self.panel.clear_error();
-        self.panel.say(format!("{} shader(s) compiled {}", names.len(), names.join(" ")));
-        log::info!("{} shader(s) compiled: {}", names.len(), names.join(" "));
         if names.is_empty() {
+            self.panel.say("the shaders in use are those of the sources".to_owned());
             return Ok(());
         }
+        let what = format!("{} shader(s) compiled: {}", names.len(), names.join(" "));
+        log::info!("{what}");
+        self.panel.say(what);
         let before = compiled.put_in_use();
         let adopted = self.stage.compile(self.camera.camera());
         if self.soften(adopted)?.is_none() {

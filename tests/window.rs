@@ -33,11 +33,14 @@ fn write(folder: &Path, name: &str, text: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// Runs the program with a script under validation.
+/// Runs the program with a script under validation, and with a surface that is lost once.
 fn run_script(display: &Xvfb, script: &str, options: &str) -> Run {
     let mut command = program();
     display.show(&mut command).args(["-v", "--validation", "--script", script]).args(options.split_whitespace());
-    run(command)
+    command.env("GRIDLIGHT_LOSE_SURFACE", "3");
+    let run = run(command);
+    assert_eq!(run.stderr.matches("surface was lost").count(), 1, "{}", run.stderr);
+    run
 }
 
 /// Nothing was reported, nothing left behind.

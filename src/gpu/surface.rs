@@ -22,8 +22,13 @@ pub struct Surface {
     pub(super) raw: vk::SurfaceKHR,
     pub(super) functions: khr::surface::Instance,
     window: Arc<dyn WindowSource>,
+    /// Frames until the surface counts as lost.
+    frames_to_loss: Option<u32>,
     pub(super) gpu: Arc<Gpu>,
 }
+
+/// Set to a number, the surface counts as lost before that frame, once: how that is tested where no driver loses one.
+const LOSE_SURFACE: &str = "GRIDLIGHT_LOSE_SURFACE";
 
 impl Surface {
     /// Opens a device that can present to the window.
@@ -42,13 +47,26 @@ impl Surface {
         let raw_instance = instance.raw.clone();
         let obstacle = |device| obstacle(&raw_instance, &functions, raw, device);
         let gpu = Gpu::open(options, instance, &[khr::swapchain::NAME], &obstacle)?;
-        Ok(Self { raw, functions, window, gpu })
+        let frames_to_loss = std::env::var(LOSE_SURFACE).ok().and_then(|number| number.parse().ok());
+        Ok(Self { raw, functions, window, frames_to_loss, gpu })
     }
 
     /// The device that presents.
     #[must_use]
     pub fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
+    }
+
+    /// Whether the surface is to be taken for lost now; asked once before each frame.
+    pub fn is_loss_planted(&mut self) -> bool {
+        match &mut self.frames_to_loss {
+            Some(0) => self.frames_to_loss.take().is_some(),
+            Some(frames) => {
+                *frames -= 1;
+                false
+            }
+            None => false,
+        }
     }
 
     /// Makes the surface anew after it was lost. No swapchain of it may be left.

@@ -81,13 +81,13 @@ impl ApplicationHandler for App {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(session) = &mut self.session else { return };
-        if event == WindowEvent::CloseRequested {
+        if matches!(event, WindowEvent::CloseRequested | WindowEvent::Destroyed) {
             event_loop.exit();
             return;
         }
         let taken = session.panel_takes(&event);
         match event {
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => session.resized(),
+            WindowEvent::Resized(size) => session.resized([size.width, size.height]),
             WindowEvent::Occluded(hidden) => session.hidden(hidden),
             WindowEvent::Focused(false) => session.lose_focus(),
             WindowEvent::DroppedFile(path) => session.drop_file(path),

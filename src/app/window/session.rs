@@ -103,6 +103,8 @@ pub struct Session {
     dirty: bool,
     /// Nobody can see the window.
     hidden: bool,
+    /// Size of the window, as the window system said last.
+    size_px: [u32; 2],
     /// The window was given no area, whatever the window system says.
     no_area: bool,
     quit: bool,
@@ -155,6 +157,7 @@ impl Session {
             shown_camera: None,
             dirty: true,
             hidden: false,
+            size_px: [size.width, size.height],
             no_area: false,
             quit: false,
             has_scene: false,
@@ -224,8 +227,7 @@ impl Session {
 
     /// Size of the window in pixels, 0 where it has no area.
     fn window_px(&self) -> [u32; 2] {
-        let size = self.window.inner_size();
-        if self.no_area { [0, 0] } else { [size.width, size.height] }
+        if self.no_area { [0, 0] } else { self.size_px }
     }
 
     fn run_script(&mut self) -> Result<()> {
@@ -376,7 +378,8 @@ impl Session {
     }
 
     /// The window has another size.
-    pub fn resized(&mut self) {
+    pub fn resized(&mut self, size_px: [u32; 2]) {
+        self.size_px = size_px;
         self.stage.resized();
         self.dirty = true;
     }

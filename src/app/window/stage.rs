@@ -332,6 +332,9 @@ impl Stage {
     /// # Errors
     /// When the device is lost, or the surface is and cannot be had again.
     pub fn frame(&mut self, window_px: [u32; 2], request: &Request<'_>) -> Result<Outcome> {
+        if self.surface.is_loss_planted() {
+            return self.renew_surface();
+        }
         if !self.ensure_swapchain(window_px, request)? {
             return Ok(Outcome::Skipped);
         }

@@ -81,9 +81,11 @@ impl Session {
 
     fn resize(&mut self, size: [u32; 2]) {
         self.no_area = size.contains(&0);
-        let at_once = self.no_area || self.window.request_inner_size(PhysicalSize::new(size[0], size[1])).is_some();
-        if at_once {
+        if self.no_area {
             self.stage.resized();
+        } else if let Some(size) = self.window.request_inner_size(PhysicalSize::new(size[0], size[1])) {
+            // At once, without an event.
+            self.resized([size.width, size.height]);
         }
     }
 

@@ -96,6 +96,8 @@ fn start_log(verbosity: Verbosity) {
     let started = env_logger::Builder::new()
         .filter_level(others)
         .filter_module("gridlight", own)
+        // At every start it warns of displays that say little of themselves, as virtual ones do.
+        .filter_module("winit", if others == LevelFilter::Warn { LevelFilter::Error } else { others })
         .parse_default_env()
         .format_timestamp(None)
         .target(env_logger::Target::Stderr)

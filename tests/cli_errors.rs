@@ -180,6 +180,15 @@ fn cameras() {
     command.arg(place.write("named.glb", named)).args(["--camera", "c\nd"]);
     let run = place.check(2, &["--camera c d", "a b"], command);
     assert!(!run.stderr.contains('\u{1b}'));
+    // A scene with a lamp has no sun to place.
+    let lamp = quad_glb(|document, _| {
+        document["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+        document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+        document["nodes"] = json!([{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]);
+    });
+    let mut command = place.command();
+    command.arg(place.write("lamp.glb", lamp)).args(["--sun", "10,20"]);
+    place.check(2, &["--sun needs a directional light"], command);
 }
 
 #[test]

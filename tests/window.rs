@@ -111,13 +111,14 @@ at 31 set accumulate 4
 at 38 set accumulate 1
 at 40 screenshot {}
 at 41 look 30 -10
-at 42 screenshot {}
-at 43 save-settings {}
-at 44 load-settings {}
-at 45 panel
-at 46 pause
-at 47 step
-at 48 fullscreen
+at 41 set sun 300,40
+at 46 screenshot {}
+at 47 save-settings {}
+at 48 load-settings {}
+at 48 panel
+at 48 pause
+at 49 step
+at 49 fullscreen
 at 50 swap
 at 51 key c
 at 51 inspect 0.5 0.5

@@ -16,8 +16,8 @@ use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
 use crate::report::{FileKind, statistics};
-use crate::scene::{Camera, Scene, gltf};
-use crate::settings::{self, Settings};
+use crate::scene::{Camera, Light, Scene, gltf};
+use crate::settings::{self, Settings, SunPlace};
 use crate::{Error, Result, camera, interrupt};
 
 /// The scene shown when none is named.
@@ -122,15 +122,24 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
             bar.set(done);
         }
     };
-    read_scene(settings.scene.as_deref(), &report)
+    read_scene(settings.scene.as_deref(), settings.sun, &report)
 }
 
-/// The scene of a file, or the built-in one.
-pub(super) fn read_scene(path: Option<&Path>, report: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
-    match path {
+/// The scene of a file, or the built-in one, with the sun where it is asked for.
+pub(super) fn read_scene(path: Option<&Path>, sun: Option<SunPlace>, report: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    let mut scene = match path {
         Some(path) => gltf::load(path, report),
         None => gltf::load_bytes("courtyard", COURTYARD, report),
+    }?;
+    if let Some(sun) = sun {
+        let first = scene.lights.iter_mut().find_map(|light| match light {
+            Light::Directional { direction_ws, .. } => Some(direction_ws),
+            _ => None,
+        });
+        *first.ok_or_else(|| Error::Usage("--sun needs a directional light, and the scene has none".to_owned()))? =
+            sun.travel_ws();
     }
+    Ok(scene)
 }
 
 pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {

@@ -7,7 +7,7 @@ use clap::ArgAction;
 use super::Verbosity;
 use crate::settings::{
     Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir,
-    Scatter, Settings, ShadowPoints, Size, Switch, Technique, View,
+    Scatter, Settings, ShadowPoints, Size, SunPlace, Switch, Technique, View,
 };
 
 #[derive(Debug, clap::Args)]
@@ -44,6 +44,10 @@ pub(super) struct PictureArgs {
     /// in metres and degrees [default: the first, or one that frames the scene]
     #[arg(long, value_name = "NAME|INDEX|PLACE")]
     pub camera: Option<String>,
+    /// Where the scene's first directional light stands, in degrees: 0 is along -z and 90 along x; height above the horizon
+    /// [default: as in the scene]
+    #[arg(long, value_name = "AZIMUTH,HEIGHT", allow_hyphen_values = true)]
+    pub sun: Option<SunPlace>,
     /// Factor on the radiance in PNG pictures, above 0, or `auto` [default: auto]
     #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true)]
     pub exposure: Option<Exposure>,
@@ -260,6 +264,7 @@ impl PictureArgs {
     pub fn apply(self, settings: &mut Settings) {
         set(&mut settings.size, self.size);
         settings.camera = self.camera.or(settings.camera.take());
+        settings.sun = self.sun.or(settings.sun);
         set(&mut settings.exposure, self.exposure);
     }
 }

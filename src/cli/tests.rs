@@ -5,7 +5,7 @@ use std::path::Path;
 use super::*;
 use crate::settings::{
     Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir,
-    Scatter, ShadowPoints, Size, Switch, Technique, View,
+    Scatter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -51,7 +51,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --technique lgh --samples 3 --direct off --lights both --vpls 7 \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --present-mode mailbox --render-scale 0.25";
@@ -62,6 +62,7 @@ fn every_option_arrives() {
         warmup: 2,
         size: Size { width: 320, height: 180 },
         camera: Some("atrium".into()),
+        sun: Some(SunPlace { azimuth_deg: 10.0, height_deg: -20.5 }),
         technique: Technique::Lgh,
         samples: 3,
         accumulate: 1,
@@ -172,7 +173,7 @@ fn listing_devices_needs_nothing_else() {
 
 #[test]
 fn mistakes_get_one_sentence() {
-    let cases: [(&[&str], &str); 10] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["--vlps", "3"], "unexpected argument '--vlps' found; a similar argument exists: '--vpls'"),
         (&["--vpls", "many"], "invalid value 'many' for '--vpls <N>'"),
         (&["--vpls"], "a value is required for '--vpls <N>'"),
@@ -181,6 +182,8 @@ fn mistakes_get_one_sentence() {
         (&["--levels", "few"], "`few` is not `auto` or a whole number of levels"),
         (&["--quiet", "-v"], "cannot be used with"),
         (&["a.gltf", "b.gltf"], "unexpected argument 'b.gltf' found"),
+        (&["--sun", "90"], "`90` is not AZIMUTH,HEIGHT in degrees"),
+        (&["--sun", "-10,95"], "sun -10,95 needs a finite azimuth and a height from -90 to 90"),
         (&["--alpha", "-1"], "alpha must be a finite number above 0, not -1"),
         (&["--headless", "--output", "a.bmp"], "output a.bmp must end in .exr or .png"),
     ];
@@ -193,7 +196,7 @@ fn mistakes_get_one_sentence() {
 #[test]
 fn help_names_every_option() {
     let help = shown(&["--help"]);
-    let options = "--headless --frames --warmup --size --camera --technique --vpls --bounces --levels --alpha \
+    let options = "--headless --frames --warmup --size --camera --sun --technique --vpls --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
         --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";

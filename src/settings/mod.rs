@@ -3,6 +3,7 @@
 //! The keys of a settings file are the long options of the command line, without the dashes.
 
 mod edit;
+mod sun;
 mod validate;
 mod values;
 mod view_rules;
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{Error, Result};
 pub use edit::plain;
+pub use sun::SunPlace;
 pub use values::{
     Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints,
     Size, Switch, Technique, View, name,
@@ -38,6 +40,8 @@ pub struct Settings {
     /// Camera name or index; `None` is the scene's first camera.
     #[serde(deserialize_with = "values::name_or_index")]
     pub camera: Option<String>,
+    /// Where the scene's first directional light stands; `None` is where the scene has it.
+    pub sun: Option<SunPlace>,
     /// Which pipeline renders.
     pub technique: Technique,
     /// Paths per pixel of a path-traced frame.
@@ -125,6 +129,7 @@ impl Default for Settings {
             warmup: 0,
             size: Size { width: 1280, height: 720 },
             camera: None,
+            sun: None,
             technique: Technique::Lgh,
             samples: 16,
             accumulate: 1,
@@ -260,6 +265,7 @@ mod tests {
             warmup: 2,
             size: Size { width: 320, height: 180 },
             camera: Some("atrium".into()),
+            sun: Some(SunPlace { azimuth_deg: 10.0, height_deg: 20.5 }),
             technique: Technique::PathTrace,
             samples: 3,
             accumulate: 4,

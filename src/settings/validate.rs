@@ -4,7 +4,8 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use super::{
-    Build, Exposure, Levels, LightSet, LightingMode, RenderScale, Reservoir, Scatter, Settings, Technique, name,
+    Build, Exposure, Levels, LightSet, LightingMode, RenderScale, Reservoir, Scatter, Settings, SunPlace, Technique,
+    name,
 };
 use crate::report::files::FileKind;
 use crate::{Error, Result};
@@ -110,6 +111,11 @@ impl Settings {
         }
         if let Some(path) = &self.timings {
             has_extension("timings", path, &[FileKind::Json, FileKind::Csv])?;
+        }
+        if let Some(SunPlace { azimuth_deg, height_deg }) = self.sun {
+            require(azimuth_deg.is_finite() && height_deg.abs() <= 90.0, || {
+                format!("sun {azimuth_deg},{height_deg} needs a finite azimuth and a height from -90 to 90")
+            })?;
         }
         if let Some(frame) = self.renderdoc_frame.filter(|_| self.headless) {
             let frames = self.warmup + self.frames.max(self.accumulate);

@@ -58,6 +58,7 @@ pub fn apply(name: &str, settings: &Settings) -> Settings {
         scene: settings.scene.clone(),
         size: settings.size,
         camera: settings.camera.clone(),
+        sun: settings.sun,
         exposure: settings.exposure,
         gpu: settings.gpu.clone(),
         validation: settings.validation,

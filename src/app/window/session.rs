@@ -127,7 +127,7 @@ impl Session {
         }
         let size = window.inner_size();
         let layers = stage.gpu().report().limits.array_layers;
-        let loading = Some(Loading::start(settings.scene.clone(), layers)?);
+        let loading = Some(Loading::start(settings.scene.clone(), settings.sun, layers)?);
         let now = Instant::now();
         Ok(Self {
             panel: Panel::new(&window),
@@ -255,8 +255,10 @@ impl Session {
         self.clock.steps = 0;
         let [azimuth, elevation] = self.keys.sun_deg(seconds);
         self.turn_sun([azimuth + self.sun_speed * time, elevation]);
-        let at_rest = azimuth == 0.0 && elevation == 0.0;
-        if at_rest && self.sun_turned_deg > FAR_TURN_DEG && self.sun_speed == 0.0 {
+        let at_rest = azimuth == 0.0 && elevation == 0.0 && self.sun_speed == 0.0;
+        // The device has the lights of the last frame.
+        let is_shown = self.sun.as_ref().is_some_and(|sun| !sun.is_changed());
+        if at_rest && is_shown && self.sun_turned_deg > FAR_TURN_DEG {
             self.sun_turned_deg = 0.0;
             let measured = self.stage.measure_again(self.camera.camera());
             self.soften(measured)?;
@@ -290,11 +292,12 @@ impl Session {
         };
         if let Some((camera, path, radius)) = shown {
             self.camera = FlyCamera::new(&camera);
-            self.sun = self.stage.uploaded().and_then(|scene| Sun::new(scene.other_lights()));
-            self.keys.speed = 0.2 * radius;
             if self.has_scene {
-                self.settings.camera = None;
+                (self.settings.camera, self.settings.sun) = (None, None);
             }
+            let placed = self.settings.sun;
+            self.sun = self.stage.uploaded().and_then(|scene| Sun::new(scene.other_lights(), placed));
+            self.keys.speed = 0.2 * radius;
             self.settings.scene = path;
             self.shown_settings = self.settings.clone();
             self.scale.forget();

@@ -182,6 +182,7 @@ impl Stage {
         let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.rays)?;
         let main = self.compile_side(&uploaded, camera, settings, (Part::Whole, false), None)?;
         self.retire()?;
+        self.done.clear();
         self.show = Some(Show { main, held: None, uploaded });
         self.scene = Some(loaded.scene);
         self.builds += 1;
@@ -276,6 +277,8 @@ impl Stage {
     /// Changes the show once the frames under way have completed.
     fn replace(&mut self, change: impl FnOnce(&mut Show)) -> Result<()> {
         self.retire()?;
+        // They had other passes.
+        self.done.clear();
         if let Some(show) = &mut self.show {
             change(show);
         }

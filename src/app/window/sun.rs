@@ -2,37 +2,48 @@
 
 use glam::Vec3;
 
+use crate::settings::SunPlace;
 use crate::shared::{LIGHT_DIRECTIONAL, PunctualLight};
 
 /// Highest and lowest sun.
-const STEEPEST_RAD: f32 = 1.55;
+const STEEPEST_DEG: f32 = 88.8;
 
 /// Where the sun stands, and the lights that it is one of.
 pub struct Sun {
     lights: Vec<PunctualLight>,
     index: usize,
-    azimuth_rad: f32,
-    elevation_rad: f32,
+    place: SunPlace,
+    /// Where the scene has it, when it was not placed there by a setting.
+    own: Option<SunPlace>,
     changed: bool,
 }
 
 impl Sun {
-    /// The sun among a scene's directional and spot lights, if there is one.
-    pub fn new(lights: &[PunctualLight]) -> Option<Self> {
+    /// The sun among a scene's directional and spot lights, if there is one. `placed` is where a setting has put it.
+    pub fn new(lights: &[PunctualLight], placed: Option<SunPlace>) -> Option<Self> {
         let index = lights.iter().position(|light| light.kind == LIGHT_DIRECTIONAL)?;
-        let towards = -Vec3::from_array(lights[index].direction_ws);
-        Some(Self {
-            lights: lights.to_vec(),
-            index,
-            azimuth_rad: towards.x.atan2(-towards.z),
-            elevation_rad: towards.y.clamp(-1.0, 1.0).asin(),
-            changed: false,
-        })
+        let found = SunPlace::towards(-Vec3::from_array(lights[index].direction_ws));
+        let own = placed.is_none().then_some(found);
+        Some(Self { lights: lights.to_vec(), index, place: placed.unwrap_or(found), own, changed: false })
     }
 
     /// Direction as a compass has it (0 along -z, 90 along x) and height, in degrees.
     pub fn angles_deg(&self) -> [f32; 2] {
-        [self.azimuth_rad.to_degrees().rem_euclid(360.0), self.elevation_rad.to_degrees()]
+        [self.place.azimuth_deg, self.place.height_deg]
+    }
+
+    /// Its place as a setting, when it is not where the scene has it.
+    pub fn setting(&self) -> Option<SunPlace> {
+        (self.own != Some(self.place)).then_some(self.place)
+    }
+
+    /// Puts it somewhere, `None` where the scene has it, as far as that is known.
+    pub fn put(&mut self, place: Option<SunPlace>) {
+        if let Some(place) = place.or(self.own) {
+            self.place = place;
+            self.lights[self.index].direction_ws = place.travel_ws().to_array();
+            self.changed = true;
+        }
     }
 
     /// Turns to the right and up.
@@ -40,13 +51,11 @@ impl Sun {
         if azimuth == 0.0 && elevation == 0.0 {
             return;
         }
-        self.azimuth_rad += azimuth.to_radians();
-        self.elevation_rad = (self.elevation_rad + elevation.to_radians()).clamp(-STEEPEST_RAD, STEEPEST_RAD);
-        let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
-        let (sin_e, cos_e) = self.elevation_rad.sin_cos();
-        let towards = Vec3::new(sin_a * cos_e, sin_e, -cos_a * cos_e);
-        self.lights[self.index].direction_ws = (-towards).to_array();
-        self.changed = true;
+        let SunPlace { azimuth_deg, height_deg } = self.place;
+        self.put(Some(SunPlace {
+            azimuth_deg: (azimuth_deg + azimuth).rem_euclid(360.0),
+            height_deg: (height_deg + elevation).clamp(-STEEPEST_DEG, STEEPEST_DEG),
+        }));
     }
 
     /// Whether the lights changed since a frame last showed them.
@@ -74,8 +83,8 @@ mod tests {
         let mut light: PunctualLight = bytemuck::Zeroable::zeroed();
         light.kind = LIGHT_DIRECTIONAL;
         light.direction_ws = [0.0, -0.5_f32.sqrt(), 0.5_f32.sqrt()];
-        let mut sun = Sun::new(&[light]).unwrap();
-        assert!((sun.angles_deg()[0]).abs() < 1e-3 && (sun.angles_deg()[1] - 45.0).abs() < 1e-3);
+        let mut sun = Sun::new(&[light], None).unwrap();
+        assert!((sun.angles_deg()[1] - 45.0).abs() < 1e-3);
         assert!(sun.changed_lights().is_none());
         sun.turn_deg(90.0, 0.0);
         let lights = sun.changed_lights().unwrap();
@@ -84,6 +93,9 @@ mod tests {
         assert!(sun.is_changed() && sun.changed_lights().is_some(), "kept until a frame has shown them");
         sun.mark_shown();
         assert!(sun.changed_lights().is_none());
-        assert!(Sun::new(&[]).is_none());
+        assert!(sun.setting().is_some());
+        sun.put(None);
+        assert!(sun.setting().is_none() && (sun.angles_deg()[1] - 45.0).abs() < 1e-3, "back where the scene has it");
+        assert!(Sun::new(&[], None).is_none());
     }
 }

@@ -12,7 +12,7 @@ use crate::settings::{Settings, plain};
 /// Groups of options that have rows.
 const GROUPS: [&str; 4] = ["Picture", "Method", "Shadows", "Window"];
 /// Options of these groups that mean nothing here.
-const LEFT_OUT: [&str; 4] = ["size", "script", "max-submit-ms", "camera"];
+const LEFT_OUT: [&str; 5] = ["size", "script", "max-submit-ms", "camera", "sun"];
 const CHANGED: Color32 = Color32::from_rgb(255, 205, 100);
 /// What a setting without a value is called.
 const NO_VALUE: &str = "auto";

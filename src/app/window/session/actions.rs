@@ -109,6 +109,12 @@ impl Session {
         if self.settings.present_mode != before.present_mode {
             self.stage.resized();
         }
+        if self.settings.sun != before.sun
+            && let Some(sun) = &mut self.sun
+        {
+            sun.put(self.settings.sun);
+            self.sun_turned_deg = f32::INFINITY;
+        }
         if self.settings.camera != before.camera
             && let Some(scene) = self.stage.scene()
         {
@@ -127,7 +133,7 @@ impl Session {
             self.panel.show_error("a scene is being loaded already".to_owned());
             return Ok(());
         }
-        let started = Loading::start(path, self.stage.gpu().report().limits.array_layers);
+        let started = Loading::start(path, None, self.stage.gpu().report().limits.array_layers);
         self.loading = self.soften(started)?;
         self.panel.clear_error();
         Ok(())

@@ -23,7 +23,8 @@ impl Session {
     /// The settings with the camera where it is now.
     pub(super) fn present_settings(&self) -> Settings {
         let camera = self.camera.setting().or_else(|| self.settings.camera.clone());
-        Settings { camera, ..self.settings.clone() }
+        let sun = self.sun.as_ref().and_then(Sun::setting);
+        Settings { camera, sun, ..self.settings.clone() }
     }
 
     /// The settings with the picture's size in place of the window's.

@@ -130,6 +130,7 @@ fn with_shared(settings: &Settings, others: &Settings) -> Settings {
     Settings {
         scene: others.scene.clone(),
         camera: others.camera.clone(),
+        sun: others.sun,
         size: others.size,
         gpu: others.gpu.clone(),
         validation: others.validation,

@@ -18,10 +18,14 @@ layout(location = 0) out vec4 out_albedo;
 // x: shading normal, y: geometric normal, both octahedral, turned towards the viewer.
 layout(location = 1) out uvec2 out_normals;
 
-// Where a repeating texture is read. Beside the edge of a triangle that reaches behind the eye coordinates grow without
-// bounds; they are wrapped here, because lavapipe's anisotropic filter counts texels from there in integers, and takes
-// seconds for a pixel when they overflow.
-vec2 wrapped(vec2 at) { return any(isinf(at)) || any(isnan(at)) ? vec2(0.0) : fract(at); }
+const float MOST_REPEATS = 4.0;
+// Where a texture is read. A pixel across which it repeats several times shows its mean, which is what a step of one
+// repetition per pixel gives too. Beside the edge of a triangle seen edge-on, invocations that only help with derivatives
+// have coordinates without bounds, for which lavapipe's anisotropic filter takes seconds.
+vec2 steady(vec2 at) {
+    vec2 along = max(abs(dFdxCoarse(at)), abs(dFdyCoarse(at)));
+    return max(along.x, along.y) < MOST_REPEATS ? at : gl_FragCoord.xy;
+}
 
 // Tangent frame from screen-space derivatives (Schueler 2013), so that no mesh needs tangents.
 vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
@@ -38,7 +42,7 @@ vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
         return n;
     }
     float inverse_length = inversesqrt(longest);
-    vec3 sampled = textureGrad(normal_texture, wrapped(uv), uv_dx, uv_dy).xyz * 2.0 - 1.0;
+    vec3 sampled = texture(normal_texture, steady(uv)).xyz * 2.0 - 1.0;
     // glTF's green points up, along -v of the texture, while `bitangent` runs along +v.
     vec3 mapped = sampled.x * scale * tangent * inverse_length - sampled.y * scale * bitangent * inverse_length
         + sampled.z * n;
@@ -47,8 +51,7 @@ vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
 
 void main() {
     Material material = materials[material_index];
-    vec4 base_color =
-        material.base_color * textureGrad(base_color_texture, wrapped(uv), dFdx(uv), dFdy(uv));
+    vec4 base_color = material.base_color * texture(base_color_texture, steady(uv));
     vec3 geometric = cross(dFdx(position_ws), dFdy(position_ws));
     geometric = dot(geometric, geometric) > 0.0 ? normalize(geometric) : normalize(normal_ws);
     vec3 to_eye = frame.eye_near.xyz - position_ws;

@@ -73,3 +73,19 @@ pub fn hash_in_use(name: &str) -> Option<String> {
 pub fn names() -> impl Iterator<Item = &'static str> {
     SPIRV_TABLE.iter().map(|(name, _)| *name)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_in_use_can_be_put_back() {
+        let name = "tone_map/tone_map.comp";
+        let (embedded, hash) = (words(name).unwrap(), hash_in_use(name));
+        let other = Spirv::new("a hash".to_owned(), &[3, 2, 35, 7, 1, 0, 0, 0]);
+        let before = replace(name, Some(other));
+        assert_eq!((words(name).unwrap(), hash_in_use(name)), (vec![0x0723_0203, 1], Some("a hash".to_owned())));
+        assert!(replace(name, before).is_some());
+        assert_eq!((words(name).unwrap(), hash_in_use(name)), (embedded, hash));
+    }
+}

@@ -95,11 +95,13 @@ impl Session {
 
     /// Compiles what has another shape with the settings; false when that failed and settings went back.
     fn adapt(&mut self) -> Result<bool> {
+        let start = Instant::now();
         let held_anew = self.adapt_held()?;
         let adapted = self.stage.adapt(self.camera.camera(), &self.picture_settings(), self.inspector.is_on());
         match self.soften(adapted)? {
             Some(anew) => {
                 if anew || held_anew {
+                    log::debug!("compiled anew in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
                     self.history.forget();
                     self.accumulated = 0;
                 }

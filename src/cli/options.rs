@@ -41,7 +41,7 @@ pub(super) struct PictureArgs {
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
     /// Camera of the scene, by name or by index from 0, or a place and a view as the window saves them: X,Y,Z,AZIMUTH,HEIGHT,YFOV
-    /// in metres and degrees [default: the first, or one that frames the scene]
+    /// in metres and degrees [default: the first, or one inside a room and outside anything else]
     #[arg(long, value_name = "NAME|INDEX|PLACE")]
     pub camera: Option<String>,
     /// Where the scene's first directional light stands, in degrees: 0 is along -z and 90 along x; height above the horizon

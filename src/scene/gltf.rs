@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
+use super::default_camera::default_camera;
 use super::gltf_buffers::Document;
 use super::gltf_materials::{decode_images, default_material, materials};
 use super::gltf_mesh::Geometry;
-use super::gltf_nodes::{Found, default_sun, framing_camera, walk};
+use super::gltf_nodes::{Found, default_sun, walk};
 use super::{Aabb, Draw, Material, Scene, Vertex};
 use crate::{Error, Result};
 
@@ -54,7 +55,14 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
         return Err(document.error("the scene has no triangles"));
     }
     let bounds = bounds(&vertices, &runs.indices);
-    complete(&mut found, &bounds);
+    if found.cameras.is_empty() {
+        log::info!("the scene has no camera: it gets one named `default`");
+        found.cameras.push(default_camera(&vertices, &runs.indices, &bounds));
+    }
+    if found.lights.is_empty() {
+        log::info!("the scene has no light: a default sun shines");
+        found.lights.push(default_sun());
+    }
     let Runs { indices, triangle_materials, draws } = runs;
     let Found { cameras, lights, .. } = found;
     let name = name.to_owned();
@@ -117,18 +125,6 @@ pub(super) fn bounds(vertices: &[Vertex], indices: &[u32]) -> Aabb {
         let p = Vec3::from_array(vertices[*i as usize].position_ws);
         Aabb { min: bounds.min.min(p), max: bounds.max.max(p) }
     })
-}
-
-/// A camera and a light for scenes that bring none.
-fn complete(found: &mut Found, bounds: &Aabb) {
-    if found.cameras.is_empty() {
-        log::info!("the scene has no camera: one named `default` frames it");
-        found.cameras.push(framing_camera(bounds));
-    }
-    if found.lights.is_empty() {
-        log::info!("the scene has no light: a default sun shines");
-        found.lights.push(default_sun());
-    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 
 pub mod albedo_array;
 pub mod bvh;
+mod default_camera;
 pub mod gltf;
 mod gltf_accessors;
 mod gltf_buffers;

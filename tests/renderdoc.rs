@@ -46,6 +46,26 @@ fn one_frame_is_captured() {
     }
 }
 
+#[cfg(feature = "window")]
+#[test]
+fn one_frame_of_a_window_is_captured() {
+    let Some(display) = support::xvfb::Xvfb::start(320, 200) else {
+        println!("skipped: there is no Xvfb (Debian: apt install xvfb)");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    fake_renderdoc(folder.path());
+    std::fs::write(folder.path().join("s.txt"), "at 8 quit\n").unwrap();
+    let mut command = program();
+    display.show(&mut command).current_dir(folder.path());
+    command.args("--size 64x36 --render-scale 1 --technique direct --script s.txt --renderdoc-frame 2".split(' '));
+    command.env("LD_LIBRARY_PATH", folder.path()).env("FAKE_RENDERDOC_LOG", folder.path().join("log"));
+    let run = run(command);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(log(folder.path()), "no overlay\nstart\nend\n");
+    assert!(run.stderr.contains("captured frame 2 in gridlight_frame.rdc"), "{}", run.stderr);
+}
+
 #[test]
 fn a_capture_that_fails_is_said() {
     let folder = tempfile::tempdir().unwrap();

@@ -51,7 +51,7 @@ pub fn run_frames(
         }
         let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
         if let Some(capture) = &mut capture {
-            capture.end()?;
+            capture.end(true)?;
         }
         if index >= warmup {
             let gpu_ms = frame.times.pass_ms.iter().sum();

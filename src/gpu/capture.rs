@@ -68,14 +68,18 @@ impl FrameCapture {
         }
     }
 
-    /// The frame that began last is submitted; gives the file when it was the one to capture.
+    /// The frame that began last is over; gives the file when it was the one to capture. One that was not shown after all
+    /// is captured again.
     ///
     /// # Errors
     /// [`Error::Failure`] when RenderDoc made no file.
-    pub fn end(&mut self) -> Result<Option<PathBuf>> {
+    pub fn end(&mut self, was_shown: bool) -> Result<Option<PathBuf>> {
         let Some(before) = self.before.take() else { return Ok(None) };
-        self.done = true;
+        self.done = was_shown;
         self.renderdoc.end_frame_capture(std::ptr::null(), std::ptr::null());
+        if !was_shown {
+            return Ok(None);
+        }
         let (path, _) = self.renderdoc.get_capture(before).ok_or_else(|| {
             Error::Failure(format!(
                 "RenderDoc made no capture of frame {}: its Vulkan layer may not be installed",

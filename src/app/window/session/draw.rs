@@ -12,7 +12,7 @@ use crate::app::window::panel::facts::{Facts, SideFacts};
 use crate::app::window::scale::{fixed_scale, picture_size};
 use crate::app::window::stage::{DoneFrame, Outcome, Request};
 use crate::app::window::sun::Sun;
-use crate::gpu::{FrameCapture, PanelPicture};
+use crate::gpu::PanelPicture;
 use crate::renderer::{Renderer, Told};
 use crate::settings::Settings;
 
@@ -74,7 +74,8 @@ impl Session {
             capture.begin(self.shown_count);
         }
         let outcome = self.stage.frame(window_px, &request);
-        let captured = self.capture.as_mut().map_or(Ok(None), FrameCapture::end);
+        let was_shown = matches!(outcome, Ok(Outcome::Shown));
+        let captured = self.capture.as_mut().map_or(Ok(None), |capture| capture.end(was_shown));
         let outcome = outcome?;
         if let Some(Some(path)) = self.soften(captured)? {
             self.panel.say(format!("RenderDoc captured {}", path.display()));

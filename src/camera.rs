@@ -4,21 +4,32 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::scene::Camera;
 
-/// A camera that stands upright and looks at these angles: azimuth 0 along -z and 90 degrees along x, height upwards.
+/// A camera that stands upright and looks in a [`direction`].
 #[must_use]
 pub fn turned(camera: &Camera, azimuth_rad: f32, height_rad: f32) -> Camera {
-    let (sin_azimuth, cos_azimuth) = azimuth_rad.sin_cos();
-    let (sin_height, cos_height) = height_rad.sin_cos();
-    let forward_ws = Vec3::new(sin_azimuth * cos_height, sin_height, -cos_azimuth * cos_height);
-    let right_ws = Vec3::new(cos_azimuth, 0.0, sin_azimuth);
+    let forward_ws = direction(azimuth_rad, height_rad);
+    let right_ws = Vec3::new(azimuth_rad.cos(), 0.0, azimuth_rad.sin());
     Camera { forward_ws, right_ws, up_ws: right_ws.cross(forward_ws), ..camera.clone() }
 }
 
 /// Azimuth and height of a camera's view, in radians.
 #[must_use]
 pub fn angles_rad(camera: &Camera) -> [f32; 2] {
-    let forward = camera.forward_ws;
-    [forward.x.atan2(-forward.z), forward.y.clamp(-1.0, 1.0).asin()]
+    compass_rad(camera.forward_ws)
+}
+
+/// The unit direction of a compass: azimuth 0 along -z and 90 degrees along x, height upwards.
+#[must_use]
+pub fn direction(azimuth_rad: f32, height_rad: f32) -> Vec3 {
+    let (sin_azimuth, cos_azimuth) = azimuth_rad.sin_cos();
+    let (sin_height, cos_height) = height_rad.sin_cos();
+    Vec3::new(sin_azimuth * cos_height, sin_height, -cos_azimuth * cos_height)
+}
+
+/// Azimuth and height of a unit direction, in radians: the inverse of [`direction`].
+#[must_use]
+pub fn compass_rad(direction: Vec3) -> [f32; 2] {
+    [direction.x.atan2(-direction.z), direction.y.clamp(-1.0, 1.0).asin()]
 }
 
 /// A camera as a setting has it when it is none of the scene's: position; azimuth, height and vertical field of view in

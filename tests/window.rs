@@ -176,6 +176,27 @@ fn the_settings_give_the_picture(folder: &Path) {
     assert!(different(&golden::load(&folder.join("lgh.png")).unwrap(), &again) > 0.1);
 }
 
+/// Waits until a program has written a file.
+fn wait_for(file: &Path) {
+    let start = Instant::now();
+    while !file.exists() {
+        assert!(start.elapsed() < PATIENCE, "there is no {}", file.display());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The screen as soon as it is as wanted, or what is on it when it has not been for long.
+fn screen_when(display: &Xvfb, is_wanted: impl Fn(&[u8]) -> bool) -> Vec<u8> {
+    let start = Instant::now();
+    loop {
+        let screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
+        if is_wanted(&screen) || start.elapsed() > PATIENCE / 4 {
+            return screen;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
 /// What is on the screen left and right of the divider is what the two sides' screenshots hold.
 #[test]
 fn a_split_view_shows_both_sides() {
@@ -193,11 +214,7 @@ fn a_split_view_shows_both_sides() {
     display.show(&mut command).args(["--script", &script]);
     command.args("--size 160x90 --render-scale 1 --technique direct --camera court".split(' '));
     let _running = Running(command.spawn().unwrap());
-    let start = Instant::now();
-    while !done.exists() {
-        assert!(start.elapsed() < PATIENCE, "no screenshot");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for(&done);
     let [right, left] = ["s.png", "s-left.png"].map(|name| golden::load(&folder.path().join(name)).unwrap());
     golden::compare(&left, &golden::golden("court-direct")).unwrap();
     // Below what is written over the sides, once the note at the bottom is gone; left and right of the divider at 112.
@@ -210,11 +227,7 @@ fn a_split_view_shows_both_sides() {
         let left = most(strip(screen, 2..100), strip(left, 2..100));
         left.max(most(strip(screen, 124..158), strip(right, 124..158))) <= ROUNDING
     };
-    let mut screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
-    while !compare(&screen, &left, &right) && start.elapsed() < PATIENCE / 4 {
-        std::thread::sleep(Duration::from_millis(50));
-        screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
-    }
+    let screen = screen_when(&display, |screen| compare(screen, &left, &right));
     assert!(compare(&screen, &left, &right), "the screen shows something else");
     assert!(!compare(&screen, &right, &left), "the sides are told apart");
 }
@@ -246,18 +259,10 @@ fn the_screen_shows_the_picture(format: &str) -> Option<(Vec<u8>, Vec<u8>)> {
     display.show(&mut command).env("GRIDLIGHT_SURFACE_FORMAT", format).args(["--script", &script]);
     command.args("--size 160x90 --render-scale 1 --technique direct --camera court --exposure 1".split(' '));
     let _running = Running(command.spawn().unwrap());
-    let start = Instant::now();
-    while !png.exists() {
-        assert!(start.elapsed() < PATIENCE, "no screenshot");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for(&png);
     let picture = golden::load(&png).unwrap();
     golden::compare(&picture, &golden::golden("court-direct")).unwrap();
-    let mut screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
-    while compare_screen(&screen, &picture).is_err() && start.elapsed() < PATIENCE / 4 {
-        std::thread::sleep(Duration::from_millis(50));
-        screen = display.corner(SIZE.0 as usize, SIZE.1 as usize);
-    }
+    let screen = screen_when(&display, |screen| compare_screen(screen, &picture).is_ok());
     compare_screen(&screen, &picture).unwrap();
     Some((screen, picture))
 }

@@ -8,14 +8,7 @@
 #include "common/dispatch.glsl"
 
 layout(local_size_x = GATHER_SIZE) in;
-layout(set = 0, binding = 1, std430) readonly buffer Grid { GridPlacement grid; };
-layout(set = 0, binding = 2, std430) readonly buffer Occupancy { uint occupancy[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Ranks { uint ranks[]; };
-layout(set = 0, binding = 4, std430) readonly buffer LevelTable { uint level_table[]; };
-layout(set = 0, binding = 5, std430) buffer GridLights { GridLight grid_lights[]; };
-layout(push_constant) uniform Push { uint level; };
 
-#include "common/level_table.glsl"
 #include "grid_gather/moments.glsl"
 
 shared vec4 shared_flux_weight[GATHER_SIZE];

@@ -1,5 +1,14 @@
-// Sums of finer grid lights over a vertex of `level`, positions relative to the vertex in cells of that level. Moments are
-// additive, so that lights of lights lose nothing. The includer declares `grid`, `grid_lights` and `level`.
+// Both ways of gathering: their buffers, and the sums of finer grid lights over a vertex of `level`, positions relative to
+// the vertex in cells of that level. Moments are additive, so that lights of lights lose nothing. Needs frame.glsl and
+// lights.glsl.
+layout(set = 0, binding = 1, std430) readonly buffer Grid { GridPlacement grid; };
+layout(set = 0, binding = 2, std430) readonly buffer Occupancy { uint occupancy[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Ranks { uint ranks[]; };
+layout(set = 0, binding = 4, std430) readonly buffer LevelTable { uint level_table[]; };
+layout(set = 0, binding = 5, std430) buffer GridLights { GridLight grid_lights[]; };
+layout(push_constant) uniform Push { uint level; };
+
+#include "common/level_table.glsl"
 
 // 1: lights count the same in positions, with their weight in place of their luminance.
 layout(constant_id = 0) const uint UNIFORM_CENTER = 0u;

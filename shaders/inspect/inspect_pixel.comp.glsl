@@ -73,6 +73,7 @@ layout(set = 0, binding = 19) uniform texture2D direct_image;
 layout(set = 0, binding = 20) uniform texture2D indirect_image;
 layout(set = 0, binding = 21) uniform texture2D shadowed_image;
 layout(set = 0, binding = 22) uniform texture2D unshadowed_image;
+#include "compose/shadow_ratio.glsl"
 layout(set = 0, binding = 23, std430) writeonly buffer Inspected { InspectedPixel inspected; };
 
 // Bits of `flags`: which images there are.
@@ -86,9 +87,6 @@ vec4 if_there(uint flag, vec4 value) { return (flags & flag) != 0u ? value : vec
 void look_at_surface(uvec2 pixel, float depth) {
     ivec2 p = ivec2(pixel);
     uvec2 normals = texelFetch(normals_image, p, 0).xy;
-    vec3 s = texelFetch(shadowed_image, p, 0).rgb;
-    vec3 u = texelFetch(unshadowed_image, p, 0).rgb;
-    vec3 ratio = mix(vec3(1.0), s / max(u, vec3(1e-30)), greaterThan(u, vec3(0.0)));
     inspected.position_ws = position_from_depth(pixel, depth);
     inspected.depth = frame.eye_near.w / depth;
     inspected.normal = unpack_octahedral(normals.x);
@@ -96,7 +94,7 @@ void look_at_surface(uvec2 pixel, float depth) {
     inspected.albedo = texelFetch(albedo_image, p, 0).rgb;
     inspected.direct = if_there(HAS_DIRECT, texelFetch(direct_image, p, 0));
     inspected.lighting = if_there(HAS_INDIRECT, texelFetch(indirect_image, p, 0));
-    inspected.shadow_ratio = (flags & HAS_SHADOWS) != 0u ? vec4(ratio, 1.0) : vec4(1.0);
+    inspected.shadow_ratio = (flags & HAS_SHADOWS) != 0u ? vec4(shadow_ratio(p), 1.0) : vec4(1.0);
 }
 
 #ifdef INSPECT_LIGHTS

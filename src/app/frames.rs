@@ -54,7 +54,7 @@ pub fn run_frames(
             capture.end(true)?;
         }
         if index >= warmup {
-            let gpu_ms = frame.times.pass_ms.iter().sum();
+            let gpu_ms = frame.times.gpu_ms();
             let pass_ms = names.iter().cloned().zip(frame.times.pass_ms).collect();
             times.push(FrameTimes { pass_ms, gpu_ms, cpu_ms: frame.times.cpu_ms });
             log::debug!("frame {} of {measured}: {gpu_ms:.1} ms", times.len());

@@ -17,7 +17,7 @@ use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
 use crate::report::{FileKind, statistics};
 use crate::scene::{Camera, Light, Scene, gltf};
-use crate::settings::{self, Settings, SunPlace};
+use crate::settings::{Settings, SunPlace};
 use crate::{Error, Result, camera, interrupt};
 
 /// The scene shown when none is named.
@@ -85,11 +85,10 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
 
 /// What a picture says of itself.
 fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> String {
-    let Program { name, version, commit } = Program::this();
-    let technique = settings::name(&settings.technique);
+    let made_by = Program::this().note(settings);
     let mean = if settings.accumulate > 1 { format!(", mean of {frame_count} frames") } else { String::new() };
     let end = interrupted.map_or_else(String::new, |sentence| format!(", {sentence}"));
-    format!("{name} {version} ({commit}), {technique}{mean}{end}")
+    format!("{made_by}{mean}{end}")
 }
 
 /// Prints the frame graph of the settings as Graphviz.

@@ -43,6 +43,14 @@ pub struct FrameResult {
     pub readback: Vec<u8>,
 }
 
+impl FrameResult {
+    /// Milliseconds of all passes together.
+    #[must_use]
+    pub fn gpu_ms(&self) -> f64 {
+        self.pass_ms.iter().sum()
+    }
+}
+
 /// A submitted frame; give it back to [`Executor::wait`].
 #[derive(Debug)]
 #[must_use = "wait for the frame to learn its times"]

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::machine::Machine;
 use super::stats::Stats;
 use crate::gpu::DeviceReport;
-use crate::settings::Settings;
+use crate::settings::{self, Settings};
 use crate::{Error, Result};
 
 /// The version of the JSON layout.
@@ -70,6 +70,13 @@ impl Program {
     #[must_use]
     pub fn this() -> Self {
         Self { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION"), commit: env!("GRIDLIGHT_COMMIT") }
+    }
+
+    /// What a picture says of the program and the technique that made it.
+    #[must_use]
+    pub fn note(&self, settings: &Settings) -> String {
+        let Self { name, version, commit } = self;
+        format!("{name} {version} ({commit}), {}", settings::name(&settings.technique))
     }
 }
 

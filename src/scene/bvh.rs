@@ -256,14 +256,8 @@ fn ordered(scene: &Scene, order: &[u32]) -> Vec<BvhTriangle> {
         let [a, b, c] = [0, 1, 2].map(|k| position(scene.indices[3 * t + k]));
         let material = scene.triangle_materials[t];
         let masked = scene.materials[material as usize].alpha_cutoff.is_some();
-        BvhTriangle {
-            v0: a.to_array(),
-            triangle_index: *triangle_index,
-            edge1: (b - a).to_array(),
-            material,
-            edge2: (c - a).to_array(),
-            flags: if masked { FLAG_ALPHA_MASKED } else { 0 },
-        }
+        let flags = if masked { FLAG_ALPHA_MASKED } else { 0 };
+        BvhTriangle { triangle_index: *triangle_index, material, flags, ..BvhTriangle::new([a, b, c]) }
     };
     order.iter().map(triangle).collect()
 }
@@ -382,6 +376,19 @@ fn enter(node: &BinaryNode, ray: &Ray, inverse: Vec3) -> f32 {
 }
 
 impl BvhTriangle {
+    /// A triangle by its corners: the first one of the first material, opaque.
+    #[must_use]
+    pub fn new([a, b, c]: [Vec3; 3]) -> Self {
+        let [v0, edge1, edge2] = [a, b - a, c - a].map(|v| v.to_array());
+        Self { v0, triangle_index: 0, edge1, material: 0, edge2, flags: 0 }
+    }
+
+    /// Whether a ray of this direction meets its front, where its corners are counter-clockwise.
+    #[must_use]
+    pub fn is_met_in_front(&self, direction: Vec3) -> bool {
+        Vec3::from_array(self.edge1).cross(Vec3::from_array(self.edge2)).dot(direction) < 0.0
+    }
+
     /// Möller and Trumbore's test, both sides.
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {

@@ -1,11 +1,13 @@
 //! Where a scene that brings no camera is seen from: inside when it stands around its middle, else from outside.
 
-use std::f32::consts::FRAC_PI_4;
+use std::f32::consts::TAU;
 
 use glam::Vec3;
 
+use super::bvh::{BvhTriangle, Ray};
 use super::gltf_nodes::framing_camera;
 use super::{Aabb, Camera, Vertex};
+use crate::camera::{direction, turned};
 
 /// Height of the eye between the floor below the middle of the scene and that middle.
 const EYE_HEIGHT: f32 = 0.3;
@@ -27,11 +29,8 @@ fn inside_camera(vertices: &[Vertex], indices: &[u32], bounds: &Aabb) -> Option<
     let center = bounds.center();
     let below = free(center, Vec3::NEG_Y)?;
     let eye = center - Vec3::Y * (below * (1.0 - EYE_HEIGHT));
-    let direction = |i: u32| {
-        let (sin, cos) = (i as f32 * FRAC_PI_4).sin_cos();
-        Vec3::new(sin, 0.0, -cos)
-    };
-    let around: Vec<Option<f32>> = (0..DIRECTIONS).map(|i| free(eye, direction(i))).collect();
+    let azimuth_rad = |i: u32| i as f32 * TAU / DIRECTIONS as f32;
+    let around: Vec<Option<f32>> = (0..DIRECTIONS).map(|i| free(eye, direction(azimuth_rad(i), 0.0))).collect();
     if around.iter().filter(|distance| distance.is_none()).count() > GAPS {
         return None;
     }
@@ -41,37 +40,19 @@ fn inside_camera(vertices: &[Vertex], indices: &[u32], bounds: &Aabb) -> Option<
     let across = |i: &u32| far(*i) + far(opposite(*i));
     let longest = (0..DIRECTIONS / 2).max_by(|a, b| across(a).total_cmp(&across(b)))?;
     let ahead = if far(longest) >= far(opposite(longest)) { longest } else { opposite(longest) };
-    let forward_ws = direction(ahead);
-    let right_ws = forward_ws.cross(Vec3::Y);
-    Some(Camera {
-        name: "default".into(),
-        position_ws: eye - forward_ws * (STEP_BACK * far(opposite(ahead))),
-        right_ws,
-        up_ws: Vec3::Y,
-        forward_ws,
-        yfov_rad: 60_f32.to_radians(),
-        near: 0.001 * bounds.radius().max(1e-3),
-    })
+    let camera = turned(&framing_camera(bounds), azimuth_rad(ahead), 0.0);
+    let position_ws = eye - camera.forward_ws * (STEP_BACK * far(opposite(ahead)));
+    Some(Camera { position_ws, yfov_rad: 60_f32.to_radians(), ..camera })
 }
 
-/// How far a ray of unit direction goes before it meets a triangle, when that is from its front (Moller and Trumbore 1997).
+/// How far a ray of unit direction goes before it meets a triangle, when that is from its front.
 fn free_distance(vertices: &[Vertex], indices: &[u32], origin: Vec3, direction: Vec3) -> Option<f32> {
+    let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
     let corner = |index: u32| Vec3::from_array(vertices[index as usize].position_ws);
-    let hit = |triangle: &[u32]| {
-        let [a, b, c] = [corner(triangle[0]), corner(triangle[1]), corner(triangle[2])];
-        let (edge1, edge2) = (b - a, c - a);
-        let p = direction.cross(edge2);
-        let determinant = edge1.dot(p);
-        let s = origin - a;
-        let u = s.dot(p) / determinant;
-        let q = s.cross(edge1);
-        let v = direction.dot(q) / determinant;
-        let t = edge2.dot(q) / determinant;
-        // False for the NaNs of a triangle without area.
-        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some((t, determinant > 0.0))
-    };
-    let (distance, is_front) = indices.chunks_exact(3).filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    is_front.then_some(distance)
+    let triangles = indices.chunks_exact(3).map(|t| BvhTriangle::new([corner(t[0]), corner(t[1]), corner(t[2])]));
+    let hits = triangles.filter_map(|triangle| Some((triangle.intersect(&ray)?.t, triangle)));
+    let (distance, triangle) = hits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    triangle.is_met_in_front(direction).then_some(distance)
 }
 
 #[cfg(test)]

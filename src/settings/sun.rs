@@ -7,6 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::values::from_word;
+use crate::camera::{compass_rad, direction};
 
 /// Where the sun stands, in degrees, written `AZIMUTH,HEIGHT`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,17 +22,14 @@ impl SunPlace {
     /// The place of a sun whose light comes from this unit direction.
     #[must_use]
     pub fn towards(direction_ws: Vec3) -> Self {
-        let Vec3 { x, y, z } = direction_ws;
-        let azimuth_deg = x.atan2(-z).to_degrees().rem_euclid(360.0);
-        Self { azimuth_deg, height_deg: y.clamp(-1.0, 1.0).asin().to_degrees() }
+        let [azimuth_deg, height_deg] = compass_rad(direction_ws).map(f32::to_degrees);
+        Self { azimuth_deg: azimuth_deg.rem_euclid(360.0), height_deg }
     }
 
     /// Unit direction in which the sun's light travels.
     #[must_use]
     pub fn travel_ws(self) -> Vec3 {
-        let (sin_azimuth, cos_azimuth) = self.azimuth_deg.to_radians().sin_cos();
-        let (sin_height, cos_height) = self.height_deg.to_radians().sin_cos();
-        -Vec3::new(sin_azimuth * cos_height, sin_height, -cos_azimuth * cos_height)
+        -direction(self.azimuth_deg.to_radians(), self.height_deg.to_radians())
     }
 }
 

@@ -123,7 +123,7 @@ fn run_frame(renderer: &mut Renderer, number: u32, settings: &Settings, report: 
         interrupt::control_flow()
     };
     let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
-    if frame.rounds_done < frame.rounds { Err(interrupted()) } else { Ok(frame.times.pass_ms.iter().sum()) }
+    if frame.rounds_done < frame.rounds { Err(interrupted()) } else { Ok(frame.times.gpu_ms()) }
 }
 
 fn check_interruption() -> Result<()> {

@@ -7,7 +7,7 @@ use crate::report::FileKind;
 use crate::report::files::OutputFile;
 use crate::report::image_files::Picture;
 use crate::report::timings::Program;
-use crate::settings::{self, Settings};
+use crate::settings::Settings;
 use crate::{Error, Result};
 
 /// Writes the picture of the last frame; gives what was written, in words. `held` is the left side of a split view, which
@@ -37,8 +37,7 @@ pub fn save(
 }
 
 fn picture(renderer: &Renderer, settings: &Settings) -> Result<Picture> {
-    let Program { name, version, commit } = Program::this();
-    renderer.read_picture(format!("{name} {version} ({commit}), {}", settings::name(&settings.technique)))
+    renderer.read_picture(Program::this().note(settings))
 }
 
 fn save_all(renderer: &Renderer, settings: &Settings, base: &Path) -> Result<()> {

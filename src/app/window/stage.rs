@@ -182,7 +182,6 @@ impl Stage {
         let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.rays)?;
         let main = self.compile_side(&uploaded, camera, settings, (Part::Whole, false), None)?;
         self.retire()?;
-        self.done.clear();
         self.show = Some(Show { main, held: None, uploaded });
         self.scene = Some(loaded.scene);
         self.builds += 1;
@@ -277,8 +276,6 @@ impl Stage {
     /// Changes the show once the frames under way have completed.
     fn replace(&mut self, change: impl FnOnce(&mut Show)) -> Result<()> {
         self.retire()?;
-        // They had other passes.
-        self.done.clear();
         if let Some(show) = &mut self.show {
             change(show);
         }
@@ -286,11 +283,12 @@ impl Stage {
         Ok(())
     }
 
-    /// Waits for the frames under way.
+    /// Waits for the frames under way; what they took and told is of passes that go.
     fn retire(&mut self) -> Result<()> {
         while !self.tickets.is_empty() {
             self.finish_first()?;
         }
+        self.done.clear();
         Ok(())
     }
 
@@ -407,21 +405,20 @@ fn submit(
     let [width, height] = target.size_px();
     let split = held.as_mut().zip(request.held);
     let divider = split.as_ref().map_or(0, |(_, (_, at))| ((at * width as f32) as u32).min(width));
+    // The lights are the scene's: written by the first frame they are there for both.
     let mut lights = request.lights.as_deref();
-    let held = match split {
-        None => None,
-        Some((side, (settings, _))) => {
-            side.prepare(gpu, uploaded, settings, request);
-            // The lights are the scene's: once written they are there for both.
-            lights.take().into_iter().for_each(|lights| side.renderer.update_lights(lights));
-            let part_px = Some([0, 0, divider, height]);
-            Some(side.renderer.submit_to(&mut Shown { target, part_px, overlay })?)
+    let mut begin = |side: &mut Side, settings, part_px| {
+        side.prepare(gpu, uploaded, settings, request);
+        if let Some(lights) = lights.take() {
+            side.renderer.update_lights(lights);
         }
+        side.renderer.submit_to(&mut Shown { target, part_px: Some(part_px), overlay: &mut *overlay })
     };
-    main.prepare(gpu, uploaded, request.settings, request);
-    lights.into_iter().for_each(|lights| main.renderer.update_lights(lights));
-    let part_px = Some([divider, 0, width - divider, height]);
-    Ok(Tickets { main: main.renderer.submit_to(&mut Shown { target, part_px, overlay })?, held })
+    let held = match split {
+        Some((side, (settings, _))) => Some(begin(side, settings, [0, 0, divider, height])?),
+        None => None,
+    };
+    Ok(Tickets { main: begin(main, request.settings, [divider, 0, width - divider, height])?, held })
 }
 
 fn window_format(format: ash::vk::Format) -> WindowFormat {

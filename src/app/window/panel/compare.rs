@@ -2,9 +2,10 @@
 
 use egui::{Align2, Area, Color32, CursorIcon, Order, Rect, RichText, Sense, Ui, Vec2, pos2, vec2};
 
-use super::facts::{Facts, HeldFacts, SideFacts};
+use super::facts::{Facts, HeldFacts};
 use super::{inspector, legend};
 use crate::app::window::action::Action;
+use crate::settings::Exposure;
 
 /// Width of the strip that takes the divider, in points.
 const GRIP: f32 = 14.0;
@@ -41,7 +42,7 @@ pub fn section(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
             ui.end_row();
         }
     });
-    if facts.settings.table().is_ok_and(|table| table.get("exposure").is_some_and(|e| e.as_str() == Some("auto"))) {
+    if facts.settings.exposure == Exposure::Auto {
         ui.label(RichText::new("Each side has its own automatic exposure; a number makes them comparable.").small());
     }
 }
@@ -64,7 +65,7 @@ pub fn overlay(ui: &mut Ui, free: Rect, facts: &Facts<'_>, actions: &mut Vec<Act
             names(ui, held, 1);
             legend::show(ui, &facts.main);
         });
-    } else if has_legend(&facts.main) {
+    } else if legend::of(&facts.main).is_some() {
         corner(ui, "legend", pos2(window.left() + 8.0, window.top() + 8.0), |ui| legend::show(ui, &facts.main));
     }
     if facts.inspects {
@@ -92,10 +93,6 @@ fn inspect(ui: &Ui, free: Rect, facts: &Facts<'_>) {
     Area::new("inspector".into()).pivot(pivot).fixed_pos(place).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| inspector::show(ui, shape, &pixel));
     });
-}
-
-fn has_legend(side: &SideFacts<'_>) -> bool {
-    side.shape.is_some_and(|s| crate::views::legend_of(s.view, s.levels, s.first_level, 1.0).is_some())
 }
 
 fn corner(ui: &Ui, name: &'static str, at: egui::Pos2, contents: impl FnOnce(&mut Ui)) {

@@ -2,10 +2,9 @@
 
 use egui::{Color32, Grid, Pos2, RichText, Ui};
 
-use crate::app::window::panel::legend::color;
+use super::legend::level_color;
 use crate::passes::FrameShape;
 use crate::shared::{InspectedPixel, NO_LIGHT, SAMPLE_BLOCKED, SAMPLE_EMPTY, SAMPLE_UNLIT};
-use crate::views::LEVEL_COLORS;
 
 /// Shows the pixel that was inspected last, if there is one.
 pub fn show(ui: &mut Ui, shape: &FrameShape, inspected: &InspectedPixel) {
@@ -72,22 +71,22 @@ fn three(v: [f32; 3]) -> String {
 fn levels(ui: &mut Ui, shape: &FrameShape, pixel: &InspectedPixel) {
     let sum: f32 = pixel.levels.iter().map(|level| level.lighting).sum();
     Grid::new("inspected levels").num_columns(6).striped(true).spacing([10.0, 1.0]).show(ui, |ui| {
-        for (name, help) in [
-            ("level", "0 are the lights themselves, higher levels have fewer and larger ones"),
-            ("lights", "Lights of the level that contribute to the pixel"),
-            ("blending", "Those of them that fade into the next level, being half in reach"),
-            ("weight", "Mean blending weight of the lights that contribute"),
-            ("share", "Of the unshadowed lighting"),
-            ("strongest", "Distance of the light that contributes most, its weight and its share"),
-        ] {
-            ui.label(RichText::new(name).strong()).on_hover_text(help);
-        }
-        ui.end_row();
+        headings(
+            ui,
+            &[
+                ("level", "0 are the lights themselves, higher levels have fewer and larger ones"),
+                ("lights", "Lights of the level that contribute to the pixel"),
+                ("blending", "Those of them that fade into the next level, being half in reach"),
+                ("weight", "Mean blending weight of the lights that contribute"),
+                ("share", "Of the unshadowed lighting"),
+                ("strongest", "Distance of the light that contributes most, its weight and its share"),
+            ],
+        );
         for (number, level) in pixel.levels.iter().enumerate().take(pixel.level_count as usize) {
             if (number as u32) < shape.first_level {
                 continue;
             }
-            ui.label(RichText::new(format!("■ {number}")).color(color(LEVEL_COLORS[number])));
+            level_label(ui, number as u32);
             ui.monospace(level.count.to_string());
             ui.monospace(level.blended.to_string());
             ui.monospace(format!("{:.3}", level.weight / level.count.max(1) as f32));
@@ -104,22 +103,34 @@ fn levels(ui: &mut Ui, shape: &FrameShape, pixel: &InspectedPixel) {
     });
 }
 
+/// Names of columns, with a word on each.
+fn headings(ui: &mut Ui, columns: &[(&str, &str)]) {
+    for (name, help) in columns {
+        ui.label(RichText::new(*name).strong()).on_hover_text(*help);
+    }
+    ui.end_row();
+}
+
+fn level_label(ui: &mut Ui, level: u32) {
+    ui.colored_label(level_color(level), format!("■ {level}"));
+}
+
 fn percent(part: f32, sum: f32) -> String {
     format!("{:.1} %", 100.0 * part / sum.max(1e-30))
 }
 
 fn samples(ui: &mut Ui, pixel: &InspectedPixel) {
     Grid::new("inspected samples").num_columns(5).striped(true).spacing([10.0, 1.0]).show(ui, |ui| {
-        for (name, help) in [
-            ("sample", "Shadow samples of the pixel, before the filter"),
-            ("level", "Level of the light that was picked"),
-            ("length", "Of the shadow ray"),
-            ("estimate", "Of the unshadowed lighting, relative to the sum over all lights"),
-            ("shadow ray", "Whether something stands before the light"),
-        ] {
-            ui.label(RichText::new(name).strong()).on_hover_text(help);
-        }
-        ui.end_row();
+        headings(
+            ui,
+            &[
+                ("sample", "Shadow samples of the pixel, before the filter"),
+                ("level", "Level of the light that was picked"),
+                ("length", "Of the shadow ray"),
+                ("estimate", "Of the unshadowed lighting, relative to the sum over all lights"),
+                ("shadow ray", "Whether something stands before the light"),
+            ],
+        );
         for (index, sample) in pixel.samples.iter().enumerate().take(pixel.sample_count as usize) {
             ui.monospace((index + 1).to_string());
             let (text, shade) = match sample.state {
@@ -129,9 +140,7 @@ fn samples(ui: &mut Ui, pixel: &InspectedPixel) {
                 _ => ("visible", Color32::from_rgb(140, 230, 140)),
             };
             if sample.state != SAMPLE_EMPTY {
-                ui.label(
-                    RichText::new(format!("■ {}", sample.level)).color(color(LEVEL_COLORS[sample.level as usize])),
-                );
+                level_label(ui, sample.level);
                 ui.monospace(format!("{:.3} m", sample.distance));
                 ui.monospace(number(sample.estimate).trim_start());
             } else {

@@ -12,17 +12,25 @@ const BAR: Vec2 = Vec2::new(200.0, 14.0);
 const PATCH: Vec2 = Vec2::new(24.0, 18.0);
 
 /// The colour of `0xRRGGBB`.
-pub fn color(rgb: u32) -> Color32 {
+fn color(rgb: u32) -> Color32 {
     let [_, r, g, b] = rgb.to_be_bytes();
     Color32::from_rgb(r, g, b)
 }
 
+/// The colour of a level.
+pub fn level_color(level: u32) -> Color32 {
+    color(LEVEL_COLORS[level as usize % LEVEL_COLORS.len()])
+}
+
+/// Title and scale of a side's view, when it has one.
+pub fn of(side: &SideFacts<'_>) -> Option<(&'static str, Scale)> {
+    let (shape, told) = (side.shape?, side.told?);
+    views::legend_of(shape.view, shape.levels, shape.first_level, told.exposure)
+}
+
 /// Shows the legend of a side's view, when it has one.
 pub fn show(ui: &mut Ui, side: &SideFacts<'_>) {
-    let (Some(shape), Some(told)) = (side.shape, side.told) else { return };
-    let Some((title, scale)) = views::legend_of(shape.view, shape.levels, shape.first_level, told.exposure) else {
-        return;
-    };
+    let Some((title, scale)) = of(side) else { return };
     ui.label(title);
     match scale {
         Scale::Bar { map, end, whole } => bar(ui, map.colors, &ticks(end, whole)),
@@ -55,7 +63,7 @@ fn levels(ui: &mut Ui, first: u32, last: u32) {
         ui.spacing_mut().item_spacing.x = 2.0;
         for level in first..=last {
             let (patch, _) = ui.allocate_exact_size(PATCH, Sense::hover());
-            ui.painter().rect_filled(patch, 2.0, color(LEVEL_COLORS[level as usize % LEVEL_COLORS.len()]));
+            ui.painter().rect_filled(patch, 2.0, level_color(level));
             let font = egui::TextStyle::Small.resolve(ui.style());
             ui.painter().text(patch.center(), Align2::CENTER_CENTER, level.to_string(), font, Color32::BLACK);
         }

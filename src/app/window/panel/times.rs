@@ -5,6 +5,7 @@ use egui::{Color32, Rect, Sense, Ui, Vec2, pos2};
 
 use super::facts::Facts;
 use super::history::KEPT;
+use crate::gpu::FrameResult;
 
 /// Height of the graph in points.
 const HEIGHT: f32 = 90.0;
@@ -74,7 +75,7 @@ fn graph(ui: &mut Ui, facts: &Facts<'_>, groups: &[Group]) {
     let painter = ui.painter_at(area);
     painter.rect_filled(area, 2.0, Color32::from_gray(20));
     let frames = facts.history.frames();
-    let most = facts.history.frames().map(|f| f.pass_ms.iter().sum::<f64>()).fold(1e-3, f64::max);
+    let most = facts.history.frames().map(FrameResult::gpu_ms).fold(1e-3, f64::max);
     let column = area.width() / KEPT as f32;
     let first = KEPT - frames.len();
     for (index, frame) in frames.enumerate() {

@@ -126,7 +126,7 @@ impl Session {
     /// Takes note of the frames that have completed.
     pub(super) fn take_done(&mut self) {
         for DoneFrame { main, held } in self.stage.take_done() {
-            let mut ms: f64 = main.result.pass_ms.iter().sum();
+            let mut ms = main.result.gpu_ms();
             ms += self.split.as_mut().zip(held).map_or(0.0, |(split, held)| split.take(held));
             self.history.add(main.result);
             self.take_told(main.told);

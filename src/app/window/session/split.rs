@@ -45,7 +45,7 @@ impl Inspector {
 impl Split {
     /// Takes note of a frame; its milliseconds.
     pub(super) fn take(&mut self, done: Done) -> f64 {
-        self.ms = done.result.pass_ms.iter().sum();
+        self.ms = done.result.gpu_ms();
         self.told = done.told;
         self.ms
     }

@@ -133,7 +133,7 @@ impl UploadedScene {
 
     /// Point lights of the scene that take part in the hierarchy.
     fn hierarchy_lights(&self, settings: &Settings) -> u32 {
-        match (settings.technique, settings.lights) {
+        match (settings.render.technique, settings.many_lights.lights) {
             (Technique::Direct | Technique::PathTrace, _) | (_, LightSet::Vpl) => 0,
             (_, LightSet::Scene | LightSet::Both) => self.light_count - self.first_point_light,
         }
@@ -194,7 +194,7 @@ impl Renderer {
         shape: FrameShape,
         showing: Option<Showing>,
     ) -> Result<Self> {
-        let technique = settings.technique;
+        let technique = settings.render.technique;
         let (mut graph, outputs) = frame::build(technique, shape.clone());
         let shown = showing.map(|showing| {
             let told = readback::add(&mut graph, &outputs);
@@ -202,9 +202,18 @@ impl Renderer {
             (showing, told)
         });
         let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
-        executor.set_max_submit_ms(f64::from(settings.max_submit_ms));
+        executor.set_max_submit_ms(f64::from(settings.device.max_submit_ms));
         let data = frame_data(gpu, scene, camera, settings, &shape);
-        Ok(Self { executor, outputs, camera: camera.clone(), seed: settings.seed, data, shape, technique, shown })
+        Ok(Self {
+            executor,
+            outputs,
+            camera: camera.clone(),
+            seed: settings.picture.seed,
+            data,
+            shape,
+            technique,
+            shown,
+        })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
@@ -339,7 +348,7 @@ fn frame_data(gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Sett
     let snap = view.up_ws.length() * 2.0 / shape.height_px as f32 / (1_u32 << gpu.report().limits.subpixel_bits) as f32;
     let [sub_width, sub_height] = shape.sub_image_px();
     let direct_lights = scene.direct_lights(settings);
-    let exposure = match settings.exposure {
+    let exposure = match settings.picture.exposure {
         Exposure::Auto => 0.0,
         Exposure::Fixed(factor) => factor,
     };
@@ -354,13 +363,13 @@ fn frame_data(gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Sett
         sampling: [
             shape.interleave,
             shape.shadow_samples,
-            settings.shadow_from.min(shape.levels.top),
+            settings.lgh.shadow_from.min(shape.levels.top),
             shape.first_level,
         ],
         counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
-        lights: [settings.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
-        tuning: [settings.alpha, (settings.clamp * radius).powi(2), exposure, RAY_OFFSET * radius],
-        accumulation: [0, settings.seed, 0, 0],
+        lights: [settings.picture.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
+        tuning: [settings.lgh.alpha, (settings.many_lights.clamp * radius).powi(2), exposure, RAY_OFFSET * radius],
+        accumulation: [0, settings.picture.seed, 0, 0],
         levels: shape.levels.table(),
     }
 }

@@ -37,14 +37,21 @@ fn difference(a: &[f32], b: &[f32]) -> f32 {
 }
 
 fn small() -> Settings {
-    Settings { size: Size { width: 64, height: 36 }, vpls: 500, direct: Switch::Off, ..Settings::default() }
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 64, height: 36 };
+        s.many_lights.vpls = 500;
+        s.render.direct = Switch::Off;
+    })
 }
 
 #[test]
 fn fresh_shadows_keep_light_paths_and_sampling_points() {
     let test = gpu();
     let scene = courtyard();
-    let unshadowed = Settings { shadows: Switch::Off, accumulate: 3, ..small() };
+    let unshadowed = small().changed(|s| {
+        s.many_lights.shadows = Switch::Off;
+        s.render.accumulate = 3;
+    });
     let means = frames(&test.gpu, &scene, &unshadowed, Fresh::Shadows, &[0, 1, 2]);
     for mean in &means[1..] {
         let difference = difference(&means[0], mean);

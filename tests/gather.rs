@@ -27,8 +27,11 @@ struct Lit {
 
 fn render(scene: &UploadedScene, camera: &Camera, settings: &Settings, lighting: LightingMode) -> Lit {
     let test = common::gpu();
-    let reservoir = (settings.shadow_samples > 0).then_some(Reservoir::Exact);
-    let settings = Settings { lighting: Some(lighting), reservoir, ..settings.clone() };
+    let reservoir = (settings.many_lights.shadow_samples > 0).then_some(Reservoir::Exact);
+    let settings = settings.clone().changed(|s| {
+        s.lgh.lighting = Some(lighting);
+        s.lgh.reservoir = reservoir;
+    });
     let renderer = Renderer::new(&test.gpu, scene, camera, &settings).unwrap();
     let names: Vec<String> = renderer.executor().graph().resources().iter().map(|r| r.name.clone()).collect();
     let mut lit = Lit { lighting: Vec::new(), picks: Vec::new() };
@@ -75,7 +78,7 @@ fn both(scene: &Scene, settings: &Settings) -> Option<(Lit, Lit)> {
         let test = common::gpu();
         (UploadedScene::new(&test.gpu, scene).unwrap(), test.gpu.features().int64_atomics)
     };
-    if settings.shadow_samples > 0 && !exact {
+    if settings.many_lights.shadow_samples > 0 && !exact {
         println!("skipped: light volumes with exact reservoirs need 64-bit buffer atomics");
         return None;
     }
@@ -92,7 +95,10 @@ fn check(what: &str, scene: &Scene, settings: &Settings) {
 }
 
 fn settings() -> Settings {
-    Settings { size: Size { width: 65, height: 37 }, vpls: 2000, ..Settings::default() }
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 65, height: 37 };
+        s.many_lights.vpls = 2000;
+    })
 }
 
 /// The room with a table in it, so that tiles span depths, and an opening to the sky.
@@ -109,20 +115,30 @@ fn gathering_equals_volumes_in_every_mode() {
     let scene = furnished_room();
     for interleave in [1, 2, 4] {
         for first_level in [0, 1] {
-            let settings = Settings { interleave, first_level, ..settings() };
+            let settings = settings().changed(|s| {
+                s.lgh.interleave = interleave;
+                s.lgh.first_level = first_level;
+            });
             check(&format!("interleave {interleave}, first level {first_level}"), &scene, &settings);
         }
     }
     for alpha in [0.3, 2.0, 6.0] {
-        check(&format!("alpha {alpha}"), &scene, &Settings { alpha, ..settings() });
+        check(&format!("alpha {alpha}"), &scene, &settings().changed(|s| s.lgh.alpha = alpha));
     }
     for shadow_samples in [0, 1, 16] {
         for first_level in [0, 1] {
             let what = format!("{shadow_samples} shadow samples, first level {first_level}");
-            check(&what, &scene, &Settings { shadow_samples, first_level, ..settings() });
+            check(
+                &what,
+                &scene,
+                &settings().changed(|s| {
+                    s.many_lights.shadow_samples = shadow_samples;
+                    s.lgh.first_level = first_level;
+                }),
+            );
         }
     }
-    check("shadows from level 3", &scene, &Settings { shadow_from: 3, ..settings() });
+    check("shadows from level 3", &scene, &settings().changed(|s| s.lgh.shadow_from = 3));
 }
 
 #[test]
@@ -130,7 +146,14 @@ fn gathering_equals_volumes_at_awkward_sizes() {
     let scene = furnished_room();
     for (width, height) in [(1, 1), (7, 9), (8, 8), (9, 17), (64, 3)] {
         let size = Size { width, height };
-        check(&format!("{size}"), &scene, &Settings { size, vpls: 500, ..settings() });
+        check(
+            &format!("{size}"),
+            &scene,
+            &settings().changed(|s| {
+                s.picture.size = size;
+                s.many_lights.vpls = 500;
+            }),
+        );
     }
 }
 
@@ -139,9 +162,20 @@ fn gathering_equals_volumes_at_awkward_sizes() {
 fn gathering_equals_volumes_where_tiles_reach_thousands_of_lights() {
     let mut scene = furnished_room();
     scene.cameras = vec![camera(Vec3::new(-1.9, -1.9, 1.9), Vec3::new(1.0, 0.95, -1.0).normalize(), 2.4)];
-    let settings = Settings { size: Size { width: 16, height: 9 }, vpls: 60_000, alpha: 3.0, ..settings() };
+    let settings = settings().changed(|s| {
+        s.picture.size = Size { width: 16, height: 9 };
+        s.many_lights.vpls = 60_000;
+        s.lgh.alpha = 3.0;
+    });
     check("wide tiles", &scene, &settings);
-    check("wide tiles from the lights on", &scene, &Settings { first_level: 0, vpls: 20_000, ..settings });
+    check(
+        "wide tiles from the lights on",
+        &scene,
+        &settings.changed(|s| {
+            s.lgh.first_level = 0;
+            s.many_lights.vpls = 20_000;
+        }),
+    );
 }
 
 #[test]
@@ -162,7 +196,10 @@ fn gathering_equals_volumes_with_degenerate_lights() {
         ("a plane", plane),
     ] {
         for first_level in [0, 1] {
-            let settings = Settings { lights: LightSet::Scene, first_level, ..settings() };
+            let settings = settings().changed(|s| {
+                s.many_lights.lights = LightSet::Scene;
+                s.lgh.first_level = first_level;
+            });
             check(&format!("{what}, first level {first_level}"), &lamps(&positions), &settings);
         }
     }
@@ -177,7 +214,14 @@ fn gathering_equals_volumes_in_sponza() {
     let mut scene = gltf::load(&folder.join("assets/sponza/sponza-sun.gltf"), &|_, _, _| ()).unwrap();
     let atrium = scene.cameras.iter().position(|c| c.name == "atrium").unwrap();
     scene.cameras.swap(0, atrium);
-    check("Sponza", &scene, &Settings { size: Size { width: 160, height: 90 }, vpls: 20_000, ..settings() });
+    check(
+        "Sponza",
+        &scene,
+        &settings().changed(|s| {
+            s.picture.size = Size { width: 160, height: 90 };
+            s.many_lights.vpls = 20_000;
+        }),
+    );
 }
 
 #[test]

@@ -61,7 +61,10 @@ fn look(settings: &Settings, pixel: [u32; 2]) -> Looked {
 }
 
 fn settings() -> Settings {
-    Settings { size: SIZE, vpls: 600, ..Settings::default() }
+    Settings::default().changed(|s| {
+        s.picture.size = SIZE;
+        s.many_lights.vpls = 600;
+    })
 }
 
 fn near(a: f32, b: f32, relative: f32) -> bool {
@@ -108,9 +111,19 @@ fn compare(looked: &Looked, at: [u32; 2]) -> Result<(), String> {
 fn it_says_what_the_frame_did() {
     for settings in [
         settings(),
-        Settings { shadow_samples: 16, alpha: 2.0, ..settings() },
-        Settings { shadow_points: ShadowPoints::Deviation, first_level: 0, ..settings() },
-        Settings { lights: LightSet::Both, shadow_samples: 1, seed: 7, ..settings() },
+        settings().changed(|s| {
+            s.many_lights.shadow_samples = 16;
+            s.lgh.alpha = 2.0;
+        }),
+        settings().changed(|s| {
+            s.lgh.shadow_points = ShadowPoints::Deviation;
+            s.lgh.first_level = 0;
+        }),
+        settings().changed(|s| {
+            s.many_lights.lights = LightSet::Both;
+            s.many_lights.shadow_samples = 1;
+            s.picture.seed = 7;
+        }),
     ] {
         for at in PIXELS {
             let looked = look(&settings, at);
@@ -168,7 +181,7 @@ fn lights_are_counted_by_level() {
 #[test]
 fn interleaved_pixels_have_their_own_lights() {
     for at in [[24, 16], [25, 16], [25, 17]] {
-        let pixel = look(&Settings { interleave: 2, ..settings() }, at).pixel;
+        let pixel = look(&settings().changed(|s| s.lgh.interleave = 2), at).pixel;
         assert_eq!((pixel.pixel, pixel.found), (at, 1));
         let states: Vec<u32> = pixel.samples.iter().take(4).map(|sample| sample.state).collect();
         assert!(states.iter().any(|s| [SAMPLE_VISIBLE, SAMPLE_BLOCKED].contains(s)), "{states:?}");
@@ -179,12 +192,18 @@ fn interleaved_pixels_have_their_own_lights() {
 #[test]
 fn every_technique_and_view_has_a_surface() {
     for settings in [
-        Settings { technique: Technique::Direct, ..settings() },
-        Settings { technique: Technique::PathTrace, samples: 1, ..settings() },
-        Settings { technique: Technique::BruteForce, vpls: 50, ..settings() },
-        Settings { shadows: Switch::Off, ..settings() },
-        Settings { view: View::LightCount, ..settings() },
-        Settings { view: View::Normal, ..settings() },
+        settings().changed(|s| s.render.technique = Technique::Direct),
+        settings().changed(|s| {
+            s.render.technique = Technique::PathTrace;
+            s.path_trace.samples = 1;
+        }),
+        settings().changed(|s| {
+            s.render.technique = Technique::BruteForce;
+            s.many_lights.vpls = 50;
+        }),
+        settings().changed(|s| s.many_lights.shadows = Switch::Off),
+        settings().changed(|s| s.render.view = View::LightCount),
+        settings().changed(|s| s.render.view = View::Normal),
     ] {
         let pixel = look(&settings, PIXELS[2]).pixel;
         assert_eq!((pixel.found, pixel.sample_count), (1, 0), "{settings:?}");
@@ -199,7 +218,7 @@ fn every_technique_and_view_has_a_surface() {
 fn samples_that_are_none_have_a_state_of_their_own() {
     // A light that no other can hide behind: every state is one of the four, and empty ones have no light.
     for at in PIXELS {
-        let pixel = look(&Settings { shadow_samples: 16, ..settings() }, at).pixel;
+        let pixel = look(&settings().changed(|s| s.many_lights.shadow_samples = 16), at).pixel;
         for sample in &pixel.samples {
             assert!([SAMPLE_EMPTY, SAMPLE_UNLIT, SAMPLE_VISIBLE, SAMPLE_BLOCKED].contains(&sample.state));
             assert_eq!(sample.state == SAMPLE_EMPTY, sample.light == NO_LIGHT);

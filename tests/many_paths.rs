@@ -18,7 +18,13 @@ fn every_path_beyond_a_row_of_workgroups_is_traced() {
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     let size = Size { width: 8, height: 8 };
     let levels = Levels::Fixed(2);
-    let settings = Settings { size, vpls: paths, bounces: 1, levels, shadow_samples: 0, ..Settings::default() };
+    let settings = Settings::default().changed(|s| {
+        s.picture.size = size;
+        s.many_lights.vpls = paths;
+        s.many_lights.bounces = 1;
+        s.lgh.levels = levels;
+        s.many_lights.shadow_samples = 0;
+    });
     let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &settings).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();

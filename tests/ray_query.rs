@@ -43,15 +43,14 @@ fn room_with_a_screen(alpha_cutoff: Option<f32>) -> Scene {
 /// What one shadow ray of each pixel lets through; lights that no ray has placed, so that both kinds of rays start
 /// and end at the same points.
 fn one_ray_each(rays: Rays) -> Settings {
-    Settings {
-        size: Size { width: 256, height: 192 },
-        lights: LightSet::Scene,
-        shadow_samples: 1,
-        shadow_points: ShadowPoints::Deviation,
-        view: View::ShadowRatio,
-        rays,
-        ..Settings::default()
-    }
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 256, height: 192 };
+        s.many_lights.lights = LightSet::Scene;
+        s.many_lights.shadow_samples = 1;
+        s.lgh.shadow_points = ShadowPoints::Deviation;
+        s.render.view = View::ShadowRatio;
+        s.picture.rays = rays;
+    })
 }
 
 fn render(test: &common::GpuTest, uploaded: &UploadedScene, scene: &Scene, settings: &Settings) -> Vec<f32> {
@@ -111,9 +110,15 @@ fn sun_shadows_in_a_large_scene_agree() {
     let mut scene = gltf::load(&shared.join("assets/sponza/sponza-sun.gltf"), &|_, _, _| ()).unwrap();
     scene.cameras.sort_by_key(|camera| camera.name != "atrium");
     let uploaded = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).unwrap();
-    let settings = |rays| Settings { technique: Technique::Direct, view: View::Direct, ..one_ray_each(rays) };
-    let [bvh, query] = [Rays::Bvh, Rays::Query]
-        .map(|rays| render(&test, &uploaded, &scene, &Settings { lights: LightSet::Vpl, ..settings(rays) }));
+    let settings = |rays| {
+        one_ray_each(rays).changed(|s| {
+            s.render.technique = Technique::Direct;
+            s.render.view = View::Direct;
+        })
+    };
+    let [bvh, query] = [Rays::Bvh, Rays::Query].map(|rays| {
+        render(&test, &uploaded, &scene, &settings(rays).changed(|s| s.many_lights.lights = LightSet::Vpl))
+    });
     let agreeing = agreement(&bvh, &query);
     eprintln!("Sponza: {:.4} % of sun rays agree, {:.1} % are not blocked", 100.0 * agreeing, 100.0 * lit(&bvh));
     assert!(lit(&bvh) > 0.02 && agreeing >= AGREEMENT, "{agreeing}");

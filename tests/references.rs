@@ -13,16 +13,15 @@ use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Filter, Settings, Size, Switch, Technique};
 
 fn settings(technique: Technique) -> Settings {
-    Settings {
-        technique,
-        size: Size { width: 32, height: 18 },
-        vpls: 1000,
-        clamp: 0.0,
-        samples: 64,
-        filter: Filter::None,
-        alpha: 2.0,
-        ..Settings::default()
-    }
+    Settings::default().changed(|s| {
+        s.render.technique = technique;
+        s.picture.size = Size { width: 32, height: 18 };
+        s.many_lights.vpls = 1000;
+        s.many_lights.clamp = 0.0;
+        s.path_trace.samples = 64;
+        s.lgh.filter = Filter::None;
+        s.lgh.alpha = 2.0;
+    })
 }
 
 /// The mean of the settings' frames, per pixel.
@@ -30,8 +29,8 @@ fn render(scene: &Scene, settings: &Settings) -> Vec<Vec3> {
     let test = common::gpu();
     let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
     let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
-    for number in 0..settings.accumulate {
-        if settings.accumulate > 1 {
+    for number in 0..settings.render.accumulate {
+        if settings.render.accumulate > 1 {
             renderer.set_accumulated_frame(number, Fresh::All);
         }
         renderer.run_in_steps(200.0, &mut |_, _| ControlFlow::Continue(())).unwrap();
@@ -84,7 +83,7 @@ fn white_furnace_by_path_tracing_and_brute_force() {
 fn white_furnace_by_the_hierarchy() {
     // Coarse lights of a sphere lie inside it, nearer than the surfaces they stand for: 4 % at alpha 2.
     for shadows in [Switch::On, Switch::Off] {
-        let settings = Settings { shadows, ..settings(Technique::Lgh) };
+        let settings = settings(Technique::Lgh).changed(|s| s.many_lights.shadows = shadows);
         let radiance = mean(&render(&sphere(0.5), &settings)).x;
         within(radiance, FURNACE, 0.05).unwrap_or_else(|e| panic!("shadows {shadows:?}: {e}"));
     }
@@ -92,7 +91,7 @@ fn white_furnace_by_the_hierarchy() {
 
 #[test]
 fn a_furnace_with_one_bounce_less_is_noticed() {
-    let settings = Settings { bounces: 2, ..settings(Technique::PathTrace) };
+    let settings = settings(Technique::PathTrace).changed(|s| s.many_lights.bounces = 2);
     assert!(within(mean(&render(&sphere(0.5), &settings)).x, FURNACE, FACETS).is_err());
 }
 
@@ -146,12 +145,17 @@ fn a_single_light_over_a_plane_follows_the_formula() {
         [(Technique::BruteForce, Switch::On), (Technique::BruteForce, Switch::Off), (Technique::Lgh, Switch::Off)]
     {
         // One bounce, so that only the spot shines; all its VPLs are within a centimetre.
-        let settings =
-            Settings { bounces: 1, vpls: 64, first_level: 0, direct: Switch::Off, shadows, ..settings(technique) };
+        let settings = settings(technique).changed(|s| {
+            s.many_lights.bounces = 1;
+            s.many_lights.vpls = 64;
+            s.lgh.first_level = 0;
+            s.render.direct = Switch::Off;
+            s.many_lights.shadows = shadows;
+        });
         let radiance = render(&scene, &settings);
-        compare_floor(&radiance, settings.size, floor_radiance)
+        compare_floor(&radiance, settings.picture.size, floor_radiance)
             .unwrap_or_else(|e| panic!("{technique:?}, shadows {shadows:?}: {e}"));
-        assert!(compare_floor(&radiance, settings.size, |r| 1.03 * floor_radiance(r)).is_err());
+        assert!(compare_floor(&radiance, settings.picture.size, |r| 1.03 * floor_radiance(r)).is_err());
     }
 }
 
@@ -169,14 +173,25 @@ fn divided_room() -> Scene {
 #[test]
 fn references_agree_with_each_other() {
     let scene = divided_room();
-    let traced = Settings { samples: 512, direct: Switch::Off, ..settings(Technique::PathTrace) };
-    let brute = Settings { vpls: 500, accumulate: 8, direct: Switch::Off, ..settings(Technique::BruteForce) };
+    let traced = settings(Technique::PathTrace).changed(|s| {
+        s.path_trace.samples = 512;
+        s.render.direct = Switch::Off;
+    });
+    let brute = settings(Technique::BruteForce).changed(|s| {
+        s.many_lights.vpls = 500;
+        s.render.accumulate = 8;
+        s.render.direct = Switch::Off;
+    });
     let (traced, brute) = (mean(&render(&scene, &traced)), mean(&render(&scene, &brute)));
     for axis in 0..3 {
         // Noise of about 0.5 % on either side.
         within(brute[axis], traced[axis], 0.02).unwrap();
     }
-    let open = Settings { vpls: 500, direct: Switch::Off, shadows: Switch::Off, ..settings(Technique::BruteForce) };
+    let open = settings(Technique::BruteForce).changed(|s| {
+        s.many_lights.vpls = 500;
+        s.render.direct = Switch::Off;
+        s.many_lights.shadows = Switch::Off;
+    });
     let open = mean(&render(&scene, &open));
     assert!(within(open.x, traced.x, 0.02).is_err(), "without shadows the wall lets light through");
 }
@@ -185,7 +200,11 @@ fn references_agree_with_each_other() {
 fn path_tracing_noise_falls_as_one_over_the_samples() {
     let scene = divided_room();
     let with = |samples, seed| {
-        let settings = Settings { samples, seed, direct: Switch::Off, ..settings(Technique::PathTrace) };
+        let settings = settings(Technique::PathTrace).changed(|s| {
+            s.path_trace.samples = samples;
+            s.picture.seed = seed;
+            s.render.direct = Switch::Off;
+        });
         render(&scene, &settings)
     };
     let variance = |samples| {
@@ -206,9 +225,9 @@ fn accumulated_frames_are_antialiased_and_keep_the_energy() {
     add_quad(&mut scene, shade);
     scene.lights = vec![Light::Point { position_ws: Vec3::new(0.0, 1.5, 0.0), intensity: Vec3::splat(5.0) }];
     scene.cameras = vec![camera(Vec3::new(1.5, 1.2, 1.5), Vec3::new(-0.7, -0.6, -0.9).normalize(), 1.0)];
-    let direct = Settings { technique: Technique::Direct, ..settings(Technique::Direct) };
+    let direct = settings(Technique::Direct).changed(|s| s.render.technique = Technique::Direct);
     let one = render(&scene, &direct);
-    let many = render(&scene, &Settings { accumulate: 64, ..direct });
+    let many = render(&scene, &direct.changed(|s| s.render.accumulate = 64));
     within(mean(&many).x, mean(&one).x, 0.03).unwrap();
     // A pixel in the shadow is black in every frame; one that the shadow's edge crosses is neither black nor lit.
     let black = |pixels: &[Vec3]| pixels.iter().filter(|p| p.x == 0.0).count();

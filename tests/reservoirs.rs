@@ -89,15 +89,14 @@ fn shadowed_scene() -> Scene {
 }
 
 fn settings(reservoir: Reservoir, seed: u32) -> Settings {
-    Settings {
-        size: Size { width: 64, height: 48 },
-        vpls: 1000,
-        shadow_samples: 8,
-        reservoir: Some(reservoir),
-        filter: Filter::None,
-        seed,
-        ..Settings::default()
-    }
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 64, height: 48 };
+        s.many_lights.vpls = 1000;
+        s.many_lights.shadow_samples = 8;
+        s.lgh.reservoir = Some(reservoir);
+        s.lgh.filter = Filter::None;
+        s.picture.seed = seed;
+    })
 }
 
 fn render(test: &common::GpuTest, scene: &Scene, settings: &Settings) -> Vec<f32> {
@@ -115,7 +114,7 @@ fn mean(values: &[f32]) -> f64 {
 /// Shadow rays that end about the chosen light itself: what a reservoir chose shows most, and counts the same
 /// wherever the ray ends.
 fn deviation(reservoir: Reservoir) -> Settings {
-    Settings { shadow_points: ShadowPoints::Deviation, ..settings(reservoir, 3) }
+    settings(reservoir, 3).changed(|s| s.lgh.shadow_points = ShadowPoints::Deviation)
 }
 
 #[test]
@@ -127,7 +126,8 @@ fn every_mode_gives_the_same_mean_shadow() {
     }
     let scene = shadowed_scene();
     let lit = |reservoir| mean(&render(&test, &scene, &deviation(reservoir)));
-    let unshadowed = mean(&render(&test, &scene, &Settings { shadow_samples: 0, ..deviation(Reservoir::Lock) }));
+    let unshadowed =
+        mean(&render(&test, &scene, &deviation(Reservoir::Lock).changed(|s| s.many_lights.shadow_samples = 0)));
     let [exact, lock, race] = [Reservoir::Exact, Reservoir::Lock, Reservoir::Race].map(lit);
     assert!(exact < 0.999 * unshadowed, "nothing is in shadow: {exact}, {unshadowed} without shadows");
     let shadow = unshadowed - exact;

@@ -73,7 +73,11 @@ fn room() -> Scene {
 }
 
 fn small() -> Settings {
-    Settings { size: Size { width: 48, height: 27 }, vpls: 500, levels: Levels::Fixed(3), ..Settings::default() }
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 48, height: 27 };
+        s.many_lights.vpls = 500;
+        s.lgh.levels = Levels::Fixed(3);
+    })
 }
 
 /// The ways in which lights reach pixels: volumes with each kind of reservoir, and gathering.
@@ -85,12 +89,25 @@ fn lightings(reservoirs: &[Reservoir]) -> Vec<(Option<LightingMode>, Option<Rese
 /// Every mode at least once; modes that meet in one pass in every combination.
 fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     let mut modes = vec![
-        Settings { technique: Technique::Direct, accumulate: 2, ..small() },
-        Settings { technique: Technique::PathTrace, samples: 2, ..small() },
-        Settings { technique: Technique::BruteForce, ..small() },
-        Settings { technique: Technique::BruteForce, shadows: Switch::Off, direct: Switch::Off, ..small() },
-        Settings { lights: LightSet::Scene, ..small() },
-        Settings { lights: LightSet::Both, levels: Levels::Auto, ..small() },
+        small().changed(|s| {
+            s.render.technique = Technique::Direct;
+            s.render.accumulate = 2;
+        }),
+        small().changed(|s| {
+            s.render.technique = Technique::PathTrace;
+            s.path_trace.samples = 2;
+        }),
+        small().changed(|s| s.render.technique = Technique::BruteForce),
+        small().changed(|s| {
+            s.render.technique = Technique::BruteForce;
+            s.many_lights.shadows = Switch::Off;
+            s.render.direct = Switch::Off;
+        }),
+        small().changed(|s| s.many_lights.lights = LightSet::Scene),
+        small().changed(|s| {
+            s.many_lights.lights = LightSet::Both;
+            s.lgh.levels = Levels::Auto;
+        }),
     ];
     let mut others =
         [(Build::Gather, Filter::Atrous, 1), (Build::Scatter, Filter::None, 0), (Build::Cascade, Filter::Atrous, 0)]
@@ -100,28 +117,36 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
         for shadow_samples in [0, 1, 16] {
             for (lighting, reservoir) in lightings(reservoirs) {
                 if let Some((build, filter, first_level)) = others.next() {
-                    modes.push(Settings {
-                        interleave,
-                        shadow_samples,
-                        lighting,
-                        reservoir,
-                        build,
-                        filter,
-                        first_level,
-                        ..small()
-                    });
+                    modes.push(small().changed(|s| {
+                        s.lgh.interleave = interleave;
+                        s.many_lights.shadow_samples = shadow_samples;
+                        s.lgh.lighting = lighting;
+                        s.lgh.reservoir = reservoir;
+                        s.lgh.build = build;
+                        s.lgh.filter = filter;
+                        s.lgh.first_level = first_level;
+                    }));
                 }
             }
         }
     }
     for (build, filter, first_level) in [(Build::Gather, Filter::None, 0), (Build::Scatter, Filter::Atrous, 1)] {
         for shadow_samples in [0, 4] {
-            modes.push(Settings { build, filter, first_level, shadow_samples, ..small() });
+            modes.push(small().changed(|s| {
+                s.lgh.build = build;
+                s.lgh.filter = filter;
+                s.lgh.first_level = first_level;
+                s.many_lights.shadow_samples = shadow_samples;
+            }));
         }
     }
     for view in View::value_variants().iter().filter(|view| **view != View::Final) {
         for (lighting, reservoir) in lightings(reservoirs) {
-            modes.push(Settings { view: *view, lighting, reservoir, ..small() });
+            modes.push(small().changed(|s| {
+                s.render.view = *view;
+                s.lgh.lighting = lighting;
+                s.lgh.reservoir = reservoir;
+            }));
         }
     }
     modes
@@ -135,7 +160,7 @@ fn render(
     settings: &Settings,
 ) -> BTreeSet<String> {
     let mut renderer = Renderer::new(gpu, scene, camera, settings).unwrap();
-    let (count_overdraw, inspect) = (settings.first_level == 0, settings.shadow_samples != 1);
+    let (count_overdraw, inspect) = (settings.lgh.first_level == 0, settings.many_lights.shadow_samples != 1);
     if count_overdraw || inspect {
         let shape = FrameShape { count_overdraw, inspect, ..renderer.shape().clone() };
         renderer = Renderer::with_shape(gpu, scene, camera, settings, shape).unwrap();
@@ -145,8 +170,11 @@ fn render(
         renderer.wait(ticket).unwrap();
     }
     let radiance = renderer.read_radiance().unwrap();
-    let lowest =
-        if matches!(settings.view, View::Normal | View::SelectedLevel | View::LevelWeights) { -1.0 } else { 0.0 };
+    let lowest = if matches!(settings.render.view, View::Normal | View::SelectedLevel | View::LevelWeights) {
+        -1.0
+    } else {
+        0.0
+    };
     assert!(radiance.iter().all(|value| value.is_finite() && *value >= lowest), "{settings:?}");
     assert!(radiance.iter().any(|value| *value > 0.0), "black: {settings:?}");
     let messages = gpu.validation_messages();
@@ -166,9 +194,10 @@ fn render(
 
 /// Every pass that traces rays, by ray queries.
 fn query_modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
-    let lgh = reservoirs.iter().map(|reservoir| Settings { reservoir: Some(*reservoir), ..small() });
-    let references = [Technique::PathTrace, Technique::BruteForce].map(|technique| Settings { technique, ..small() });
-    lgh.chain(references).map(|settings| Settings { rays: Rays::Query, ..settings }).collect()
+    let lgh = reservoirs.iter().map(|reservoir| small().changed(|s| s.lgh.reservoir = Some(*reservoir)));
+    let references = [Technique::PathTrace, Technique::BruteForce]
+        .map(|technique| small().changed(|s| s.render.technique = technique));
+    lgh.chain(references).map(|settings| settings.changed(|s| s.picture.rays = Rays::Query)).collect()
 }
 
 fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {
@@ -207,14 +236,14 @@ fn the_fallbacks_of_the_baseline_run() {
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     let gathered = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &small()).unwrap();
     assert_eq!(gathered.shape().reservoir, Reservoir::Exact);
-    let volumes = Settings { lighting: Some(LightingMode::Volumes), ..small() };
+    let volumes = small().changed(|s| s.lgh.lighting = Some(LightingMode::Volumes));
     let defaults = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &volumes).unwrap();
     assert_eq!(defaults.shape().reservoir, Reservoir::Lock);
     assert_eq!(defaults.shape().lighting_format, ash::vk::Format::R16G16B16A16_SFLOAT);
-    let exact = Settings { reservoir: Some(Reservoir::Exact), ..volumes };
+    let exact = volumes.changed(|s| s.lgh.reservoir = Some(Reservoir::Exact));
     let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &exact).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
-    let query = Settings { rays: Rays::Query, ..small() };
+    let query = small().changed(|s| s.picture.rays = Rays::Query);
     let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &query).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
     assert!(error.to_string().contains("--rays query needs VK_KHR_ray_query"), "{error}");

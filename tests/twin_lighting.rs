@@ -21,16 +21,15 @@ fn room() -> Scene {
 }
 
 fn settings(lighting: LightingMode, alpha: f32, first_level: u32) -> Settings {
-    Settings {
-        lighting: Some(lighting),
-        size: Size { width: 40, height: 26 },
-        vpls: 2000,
-        alpha,
-        first_level,
-        shadow_samples: 0,
-        clamp: 0.02,
-        ..Settings::default()
-    }
+    Settings::default().changed(|s| {
+        s.lgh.lighting = Some(lighting);
+        s.picture.size = Size { width: 40, height: 26 };
+        s.many_lights.vpls = 2000;
+        s.lgh.alpha = alpha;
+        s.lgh.first_level = first_level;
+        s.many_lights.shadow_samples = 0;
+        s.many_lights.clamp = 0.02;
+    })
 }
 
 /// Radiance of one frame, with the lights that made it.
@@ -53,14 +52,14 @@ fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Opt
 
 /// The lighting of one pixel by every light in turn.
 fn lighting(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid, p: Vec3, normal: Vec3) -> Vec3 {
-    let clamp_squared = (settings.clamp * scene.bounds.radius()).powi(2);
+    let clamp_squared = (settings.many_lights.clamp * scene.bounds.radius()).powi(2);
     let top = grid.levels.top;
     lights
         .iter()
         .map(|light| {
             let offset = Vec3::from(light.position_ws) - p;
-            let radius = settings.alpha * grid.cell_size(light.level);
-            let weight = blend_weight(offset.length(), radius, light.level, settings.first_level, top);
+            let radius = settings.lgh.alpha * grid.cell_size(light.level);
+            let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, top);
             let response = light_response(offset, offset.length(), normal, Vec3::from(light.lobe), clamp_squared);
             Vec3::from(light.flux) * (weight * response)
         })
@@ -110,15 +109,15 @@ fn compare(gpu: &[Vec3], cpu: &[Vec3]) -> Verdict {
 fn both(lighting_mode: LightingMode, alpha: f32, first_level: u32) -> (Vec<Vec3>, Vec<Vec3>) {
     let scene = room();
     let settings = settings(lighting_mode, alpha, first_level);
-    let (direct, ..) = render(&scene, &Settings { technique: Technique::Direct, ..settings.clone() });
+    let (direct, ..) = render(&scene, &settings.clone().changed(|s| s.render.technique = Technique::Direct));
     let (all, lights, grid) = render(&scene, &settings);
     let grid = grid.expect("the hierarchy has a grid");
     let gpu: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| (*all - *direct) / ALBEDO).collect();
     let bvh = build_binary(&scene);
-    let cpu = (0..settings.size.height)
-        .flat_map(|y| (0..settings.size.width).map(move |x| (x, y)))
+    let cpu = (0..settings.picture.size.height)
+        .flat_map(|y| (0..settings.picture.size.width).map(move |x| (x, y)))
         .map(|(x, y)| {
-            let (position, normal) = surface(&bvh, &scene.cameras[0], settings.size, x, y);
+            let (position, normal) = surface(&bvh, &scene.cameras[0], settings.picture.size, x, y);
             lighting(&settings, &scene, &lights, &grid, position, normal)
         })
         .collect();

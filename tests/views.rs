@@ -25,7 +25,11 @@ fn room() -> Scene {
 }
 
 fn settings(view: View) -> Settings {
-    Settings { size: Size { width: 48, height: 32 }, vpls: 600, view, ..Settings::default() }
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 48, height: 32 };
+        s.many_lights.vpls = 600;
+        s.render.view = view;
+    })
 }
 
 /// A view of the room with its picture and the renderer that made it.
@@ -77,7 +81,7 @@ fn surfaces_are_those_of_the_scene() {
     let test = common::gpu();
     let scene = room();
     let bvh = build_binary(&scene);
-    let size = settings(View::Albedo).size;
+    let size = settings(View::Albedo).picture.size;
     let expected: Vec<_> =
         (0..(size.width * size.height) as usize).map(|i| surface(&bvh, &scene.cameras[0], size, i)).collect();
 
@@ -126,7 +130,12 @@ fn direct_and_indirect_light_make_the_picture() {
     let test = common::gpu();
     let scene = room();
     for interleave in [1, 2, 4] {
-        let unshadowed = |view| Settings { interleave, shadow_samples: 0, ..settings(view) };
+        let unshadowed = |view| {
+            settings(view).changed(|s| {
+                s.lgh.interleave = interleave;
+                s.many_lights.shadow_samples = 0;
+            })
+        };
         let [whole, direct, indirect] =
             [View::Final, View::Direct, View::Indirect].map(|view| see(&test, &scene, &unshadowed(view)).values);
         let sum = direct.iter().zip(&indirect).map(|(a, b)| *a + *b);
@@ -134,8 +143,8 @@ fn direct_and_indirect_light_make_the_picture() {
         assert!(indirect.iter().all(|v| v.min_element() > 0.0));
     }
     let technique = Technique::Direct;
-    let alone = see(&test, &scene, &Settings { technique, ..settings(View::Final) });
-    let view = see(&test, &scene, &Settings { technique, ..settings(View::Direct) });
+    let alone = see(&test, &scene, &settings(View::Final).changed(|s| s.render.technique = technique));
+    let view = see(&test, &scene, &settings(View::Direct).changed(|s| s.render.technique = technique));
     assert_eq!((alone.values, alone.picture), (view.values, view.picture));
 }
 
@@ -151,7 +160,12 @@ fn shadow_ratios_and_chosen_levels_are_in_range() {
     let scene = room();
     for reservoir in reservoirs(&test.gpu) {
         for interleave in [1, 2, 4] {
-            let of = |view| Settings { reservoir: Some(*reservoir), interleave, ..settings(view) };
+            let of = |view| {
+                settings(view).changed(|s| {
+                    s.lgh.reservoir = Some(*reservoir);
+                    s.lgh.interleave = interleave;
+                })
+            };
             for view in [View::ShadowRatio, View::ShadowRatioFiltered] {
                 let seen = see(&test, &scene, &of(view));
                 let what = format!("{view:?} {reservoir:?} {interleave}");
@@ -179,7 +193,7 @@ fn the_ratio_turns_the_unshadowed_light_into_the_picture() {
     let scene = room();
     for (filter, view) in [(Filter::None, View::ShadowRatio), (Filter::Atrous, View::ShadowRatioFiltered)] {
         let [whole, direct, indirect, ratio] = [View::Final, View::Direct, View::Indirect, view]
-            .map(|view| see(&test, &scene, &Settings { filter, ..settings(view) }).values);
+            .map(|view| see(&test, &scene, &settings(view).changed(|s| s.lgh.filter = filter)).values);
         for i in 0..whole.len() {
             let expected = direct[i] + indirect[i] * ratio[i];
             assert!(near(whole[i], expected, 1e-3 * whole[i].max_element()), "{view:?} {i}: {} {expected}", whole[i]);
@@ -192,8 +206,8 @@ fn overdraw_is_what_the_statistics_count() {
     let test = common::gpu();
     let scene = room();
     for interleave in [1, 2, 4] {
-        let seen = see(&test, &scene, &Settings { interleave, ..settings(View::Overdraw) });
-        let settings = Settings { interleave, ..settings(View::Final) };
+        let seen = see(&test, &scene, &settings(View::Overdraw).changed(|s| s.lgh.interleave = interleave));
+        let settings = settings(View::Final).changed(|s| s.lgh.interleave = interleave);
         let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
         let whole = see(&test, &scene, &settings);
         let counts = statistics::count(&test.gpu, &uploaded, &scene.cameras[0], &settings, &whole.renderer).unwrap();
@@ -223,12 +237,12 @@ fn merged_lights(renderer: &Renderer) -> (Vec<Vec<GridLight>>, Grid) {
 
 /// Number of lights that contribute, and the luminance of each level's lighting.
 fn sum(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid, at: (Vec3, Vec3)) -> (f32, Vec<f32>) {
-    let clamp_squared = (settings.clamp * scene.bounds.radius()).powi(2);
+    let clamp_squared = (settings.many_lights.clamp * scene.bounds.radius()).powi(2);
     let (mut count, mut levels) = (0.0, vec![0.0; MAX_LEVEL as usize + 1]);
     for light in lights {
         let offset = Vec3::from(light.position_ws) - at.0;
-        let radius = settings.alpha * grid.cell_size(light.level);
-        let weight = blend_weight(offset.length(), radius, light.level, settings.first_level, grid.levels.top);
+        let radius = settings.lgh.alpha * grid.cell_size(light.level);
+        let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, grid.levels.top);
         let response = weight * light_response(offset, offset.length(), at.1, Vec3::from(light.lobe), clamp_squared);
         if response > 0.0 {
             count += 1.0;
@@ -245,10 +259,10 @@ fn against_sums(settings: &Settings, check: impl Fn(Vec3, [u8; 3], f32, &[f32]) 
     let bvh = build_binary(&scene);
     let seen = see(&test, &scene, settings);
     let (lights, grid) = merged_lights(&seen.renderer);
-    let n = settings.interleave as usize;
+    let n = settings.lgh.interleave as usize;
     nearly_all((0..seen.values.len()).map(|i| {
-        let [x, y] = [i % settings.size.width as usize, i / settings.size.width as usize];
-        let (position, normal, _) = surface(&bvh, &scene.cameras[0], settings.size, i);
+        let [x, y] = [i % settings.picture.size.width as usize, i / settings.picture.size.width as usize];
+        let (position, normal, _) = surface(&bvh, &scene.cameras[0], settings.picture.size, i);
         let (count, levels) = sum(settings, &scene, &lights[y % n * n + x % n], &grid, (position, normal));
         check(seen.values[i], seen.picture[i], count, &levels)
     }))
@@ -257,7 +271,11 @@ fn against_sums(settings: &Settings, check: impl Fn(Vec3, [u8; 3], f32, &[f32]) 
 #[test]
 fn the_lights_that_contribute_are_counted() {
     for (interleave, first_level, alpha) in [(1, 1, 1.0), (1, 0, 0.5), (2, 1, 2.0), (4, 0, 1.0)] {
-        let settings = Settings { interleave, first_level, alpha, ..settings(View::LightCount) };
+        let settings = settings(View::LightCount).changed(|s| {
+            s.lgh.interleave = interleave;
+            s.lgh.first_level = first_level;
+            s.lgh.alpha = alpha;
+        });
         // A light on a wall's own plane, or at the end of its reach, may be lost to rounding.
         let right =
             |v: Vec3, _: [u8; 3], count: f32, _: &[f32]| (v.x - count).abs() <= 1.0 + 0.02 * count && v.x == v.z;
@@ -270,7 +288,10 @@ fn the_lights_that_contribute_are_counted() {
 #[test]
 fn the_levels_share_the_lighting() {
     for (interleave, first_level) in [(1, 1), (1, 0), (2, 1), (4, 0)] {
-        let settings = Settings { interleave, first_level, ..settings(View::LevelWeights) };
+        let settings = settings(View::LevelWeights).changed(|s| {
+            s.lgh.interleave = interleave;
+            s.lgh.first_level = first_level;
+        });
         let right = |v: Vec3, picture: [u8; 3], _: f32, levels: &[f32]| {
             let total: f32 = levels.iter().sum();
             let mean = levels.iter().enumerate().map(|(l, s)| l as f32 * s).sum::<f32>() / total;
@@ -302,7 +323,7 @@ fn mixes(picture: [u8; 3], levels: &[f32]) -> bool {
 fn points_are_where_the_lights_are_and_hidden_ones_are_not() {
     let test = common::gpu();
     let scene = room();
-    let bright = see(&test, &scene, &Settings { vpls: 60, ..settings(View::Vpls) });
+    let bright = see(&test, &scene, &settings(View::Vpls).changed(|s| s.many_lights.vpls = 60));
     let covered = bright.values.iter().filter(|v| v.max_element() > 0.0).count();
     // Sixty discs of two pixels, about a third of them in front of the camera.
     assert!((10..400).contains(&covered), "{covered}");
@@ -319,7 +340,7 @@ fn points_are_where_the_lights_are_and_hidden_ones_are_not() {
     outside.cameras[0].forward_ws = Vec3::Z;
     outside.cameras[0].right_ws = Vec3::NEG_X;
     outside.cameras[0].up_ws = Vec3::Y;
-    let behind = see(&test, &outside, &Settings { vpls: 20_000, ..settings(View::Vpls) });
+    let behind = see(&test, &outside, &settings(View::Vpls).changed(|s| s.many_lights.vpls = 20_000));
     let depth = see(&test, &outside, &settings(View::Depth));
     let wall = depth.values.iter().filter(|v| v.x > 0.0).count();
     let dots = behind.values.iter().filter(|v| v.max_element() > 0.0).count();

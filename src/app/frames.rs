@@ -31,15 +31,15 @@ pub fn run_frames(
     progress: &Progress,
 ) -> Result<Frames> {
     let names = renderer.pass_names();
-    let warmup = u64::from(settings.warmup);
+    let warmup = u64::from(settings.run.warmup);
     // The last frame of a mean is left to the dump, which runs it in its own way.
-    let dumped = u64::from(settings.dump.is_some() && settings.accumulate > 1);
-    let measured = u64::from(settings.frames.max(settings.accumulate)) - dumped;
+    let dumped = u64::from(settings.output.dump.is_some() && settings.render.accumulate > 1);
+    let measured = u64::from(settings.run.frames.max(settings.render.accumulate)) - dumped;
     let bar = progress.bar("frames", SUBDIVISION * (warmup + measured));
     let mut times = Vec::new();
     let mut interrupted = None;
     for index in 0..warmup + measured {
-        if settings.accumulate > 1 {
+        if settings.render.accumulate > 1 {
             renderer.set_accumulated_frame(index.saturating_sub(warmup) as u32, Fresh::All);
         }
         let mut on_step = |done: u32, total: u32| {
@@ -49,7 +49,7 @@ pub fn run_frames(
         if let Some(capture) = &mut capture {
             capture.begin(index);
         }
-        let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
+        let frame = renderer.run_in_steps(f64::from(settings.device.max_submit_ms), &mut on_step)?;
         if let Some(capture) = &mut capture {
             capture.end(true)?;
         }

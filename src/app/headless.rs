@@ -29,12 +29,12 @@ const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
 /// Whatever stands in the way; the outputs are then as they were.
 pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()> {
     let outputs = Outputs::prepare(settings)?;
-    let dump = settings.dump.as_deref().map(DumpTarget::prepare).transpose()?;
+    let dump = settings.output.dump.as_deref().map(DumpTarget::prepare).transpose()?;
     interrupt::listen()?;
-    let capture = FrameCapture::load(settings.renderdoc_frame)?;
+    let capture = FrameCapture::load(settings.output.renderdoc_frame)?;
     let gpu = FrameCapture::opened(capture.as_ref(), open_gpu(settings))?;
     let scene = load_scene(settings, &progress)?;
-    let camera = &find_camera(&scene, settings.camera.as_deref())?;
+    let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
     let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, capture, &progress)?;
@@ -42,7 +42,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let mut frame_count = frames.len();
     let dump = match dump {
         Some(target) if interrupted.is_none() => {
-            if settings.accumulate > 1 {
+            if settings.render.accumulate > 1 {
                 renderer.set_accumulated_frame(frame_count as u32, Fresh::All);
                 frame_count += 1;
             }
@@ -86,7 +86,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
 /// What a picture says of itself.
 fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> String {
     let made_by = Program::this().note(settings);
-    let mean = if settings.accumulate > 1 { format!(", mean of {frame_count} frames") } else { String::new() };
+    let mean = if settings.render.accumulate > 1 { format!(", mean of {frame_count} frames") } else { String::new() };
     let end = interrupted.map_or_else(String::new, |sentence| format!(", {sentence}"));
     format!("{made_by}{mean}{end}")
 }
@@ -98,15 +98,19 @@ fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> S
 pub fn print_graph(settings: &Settings) -> Result<()> {
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &Progress::hidden())?;
-    let camera = &find_camera(&scene, settings.camera.as_deref())?;
-    let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.rays)?;
+    let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
+    let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.picture.rays)?;
     let renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
     super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
     Ok(())
 }
 
 pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
-    let options = GpuOptions { select: settings.gpu.clone(), validation: settings.validation, baseline_only: false };
+    let options = GpuOptions {
+        select: settings.device.gpu.clone(),
+        validation: settings.device.validation,
+        baseline_only: false,
+    };
     Gpu::new(&options)
 }
 
@@ -121,7 +125,7 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
             bar.set(done);
         }
     };
-    read_scene(settings.scene.as_deref(), settings.sun, &report)
+    read_scene(settings.scene.file.as_deref(), settings.scene.sun, &report)
 }
 
 /// The scene of a file, or the built-in one, with the sun where it is asked for.
@@ -143,7 +147,7 @@ pub(super) fn read_scene(path: Option<&Path>, sun: Option<SunPlace>, report: &dy
 
 pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {
     let bar = progress.bar("BVH", 1);
-    let uploaded = UploadedScene::with_rays(gpu, scene, settings.rays)?;
+    let uploaded = UploadedScene::with_rays(gpu, scene, settings.picture.rays)?;
     bar.set(1);
     Ok(uploaded)
 }
@@ -201,9 +205,9 @@ fn report(
         device: Device::of(gpu.report()),
         machine: Machine::here(),
         scene: scene_info(&settings, scene, camera),
-        frames: settings.frames,
+        frames: settings.run.frames,
         interrupted: None,
-        warmup: settings.warmup,
+        warmup: settings.run.warmup,
         settings,
         times,
         memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
@@ -214,14 +218,14 @@ fn report(
 
 /// The settings with what `None` stood for.
 fn settings_as_used(settings: &Settings, renderer: &Renderer) -> Settings {
-    Settings { reservoir: Some(renderer.shape().reservoir), ..settings.clone() }
+    settings.clone().changed(|s| s.lgh.reservoir = Some(renderer.shape().reservoir))
 }
 
 /// What a report says of the scene.
 pub(super) fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
     SceneInfo {
         name: scene.name.clone(),
-        path: settings.scene.as_ref().map(|p| p.display().to_string()),
+        path: settings.scene.file.as_ref().map(|p| p.display().to_string()),
         triangles: scene.indices.len() as u64 / 3,
         cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
         camera: camera.name.clone(),

@@ -24,7 +24,7 @@ pub(super) enum Subcommand {
     DiffDumps(DiffDumpsArgs),
     /// Render in stages, and split the error of the method by cause
     #[command(after_help = super::error_report::HELP)]
-    ErrorReport(ErrorReportArgs),
+    ErrorReport(Box<ErrorReportArgs>),
 }
 
 /// The files to compare, and what to do with what is found.

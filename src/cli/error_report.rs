@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::Command;
-use super::options::{DeviceArgs, DiagnosticsArgs, MethodArgs, PictureArgs, RunArgs, ShadowArgs};
-use crate::settings::{LightSet, Settings, Size};
+use super::options::{DiagnosticsArgs, FileArgs, Overrides};
+use crate::settings::{
+    DeviceSettings, LghSettings, LightSet, ManyLightSettings, PictureSettings, SceneSettings, Settings, Size,
+};
 use crate::{Error, Result};
 
 pub(super) const HELP: &str = "Every stage is a picture with one approximation against a picture without it, of \
@@ -25,17 +27,19 @@ pub const REPORT_FILES: [&str; 3] = ["report.json", "report.md", "report.html"];
 #[derive(Debug, clap::Args)]
 pub(super) struct ErrorReportArgs {
     #[command(flatten)]
-    run: RunArgs,
+    scene: Overrides<SceneSettings>,
+    #[command(flatten)]
+    file: FileArgs,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
-    picture: PictureArgs,
+    picture: Overrides<PictureSettings>,
     #[command(flatten)]
-    method: MethodArgs,
+    many_lights: Overrides<ManyLightSettings>,
     #[command(flatten)]
-    shadows: ShadowArgs,
+    lgh: Overrides<LghSettings>,
     #[command(flatten)]
-    device: DeviceArgs,
+    device: Overrides<DeviceSettings>,
     #[command(flatten)]
     diagnostics: DiagnosticsArgs,
 }
@@ -81,13 +85,13 @@ impl ErrorReportArgs {
     pub fn into_command(self) -> Result<Command> {
         let verbosity = self.diagnostics.verbosity();
         let options = self.report.into_options()?;
-        let file = self.run.settings.clone();
+        let file = self.file.settings;
         let mut settings = Box::new(base_settings(file.as_deref())?);
-        self.run.apply(&mut settings);
-        self.picture.apply(&mut settings);
-        self.method.apply(&mut settings);
-        self.shadows.apply(&mut settings);
-        self.device.apply(&mut settings);
+        self.scene.apply(&mut settings.scene)?;
+        self.picture.apply(&mut settings.picture)?;
+        self.many_lights.apply(&mut settings.many_lights)?;
+        self.lgh.apply(&mut settings.lgh)?;
+        self.device.apply(&mut settings.device)?;
         settings.validate()?;
         check_stages(&settings)?;
         check_that_input_stays(file.as_deref(), options.folder.as_deref())?;
@@ -110,36 +114,31 @@ impl ReportArgs {
     }
 }
 
-/// Settings of a file, or none, with the report's own defaults.
+/// The report's own defaults, and a settings file over them.
 fn base_settings(file: Option<&Path>) -> Result<Settings> {
-    let (mut settings, keys) = file.map_or_else(|| Ok((Settings::default(), Vec::new())), Settings::read_with_keys)?;
-    let has = |key: &str| keys.iter().any(|found| found == key);
-    if !has("size") {
-        settings.size = SIZE;
-    }
-    if !has("vpls") {
-        settings.vpls = VPLS;
-    }
-    check_that_settings_apply(&settings)?;
+    let defaults = Settings::default().changed(|s| {
+        s.picture.size = SIZE;
+        s.many_lights.vpls = VPLS;
+    });
+    let Some(file) = file else { return Ok(defaults) };
+    let settings = defaults.clone().read_over(file)?;
+    check_that_settings_apply(&settings, &defaults)?;
     Ok(settings)
 }
 
-/// What a settings file can ask for and the command line of the report cannot.
-fn check_that_settings_apply(settings: &Settings) -> Result<()> {
-    let default = Settings::default();
-    let changed = [
-        ("technique", settings.technique != default.technique),
-        ("view", settings.view != default.view),
-        ("samples", settings.samples != default.samples),
-        ("accumulate", settings.accumulate != default.accumulate),
-        ("frames", settings.frames != default.frames),
-        ("warmup", settings.warmup != default.warmup),
-        ("direct", settings.direct != default.direct),
-        ("output", settings.output.is_some()),
-        ("timings", settings.timings.is_some()),
-        ("dump", settings.dump.is_some()),
-    ];
-    match changed.into_iter().find(|(_, changed)| *changed) {
+/// A settings file can ask for what the command line of the report cannot.
+fn check_that_settings_apply(settings: &Settings, defaults: &Settings) -> Result<()> {
+    // What the report has no options for, but that it does not matter where the file was made.
+    let decided = Settings {
+        scene: settings.scene.clone(),
+        picture: settings.picture.clone(),
+        many_lights: settings.many_lights.clone(),
+        lgh: settings.lgh.clone(),
+        device: settings.device.clone(),
+        window: settings.window.clone(),
+        ..defaults.clone()
+    };
+    match settings.differences(&decided)?.first() {
         None => Ok(()),
         Some((key, _)) => Err(Error::Usage(format!(
             "{key} in the settings file does not apply to error-report, whose stages decide it: leave it out"
@@ -149,12 +148,12 @@ fn check_that_settings_apply(settings: &Settings) -> Result<()> {
 
 /// What every stage needs beyond valid settings.
 fn check_stages(settings: &Settings) -> Result<()> {
-    if settings.lights != LightSet::Vpl {
+    if settings.many_lights.lights != LightSet::Vpl {
         let sentence = "error-report looks at indirect light, which virtual point lights carry: leave lights at vpl";
         return Err(Error::Usage(sentence.to_owned()));
     }
     settings.require_shadow_samples("error-report")?;
-    let size = settings.size;
+    let size = settings.picture.size;
     if size.width < LEAST_SIDE_PX || size.height < LEAST_SIDE_PX {
         return Err(Error::Usage(format!(
             "size {size} is too small for error-report: each side needs at least {LEAST_SIDE_PX} pixels"
@@ -202,7 +201,13 @@ mod tests {
     #[test]
     fn the_report_has_its_own_defaults() {
         let (settings, options, verbosity) = report("");
-        assert_eq!(settings, Settings { size: SIZE, vpls: VPLS, ..Settings::default() });
+        assert_eq!(
+            settings,
+            Settings::default().changed(|s| {
+                s.picture.size = SIZE;
+                s.many_lights.vpls = VPLS;
+            })
+        );
         let expected = ErrorReportOptions { folder: None, reference_samples: 256, frames_per_stage: 16 };
         assert_eq!((options, verbosity), (expected, Verbosity::default()));
     }
@@ -215,9 +220,12 @@ mod tests {
         let (settings, options, verbosity) = report(line);
         let expected = ErrorReportOptions { folder: Some("d".into()), reference_samples: 9, frames_per_stage: 3 };
         assert_eq!((options, verbosity), (expected, Verbosity { verbose: 1, quiet: false }));
-        assert_eq!((settings.scene, settings.camera), (Some("a.gltf".into()), Some("1".to_owned())));
-        assert_eq!((settings.vpls, settings.interleave, settings.shadow_samples), (7, 2, 8));
-        assert!(settings.validation && settings.size == Size { width: 64, height: 32 });
+        assert_eq!((settings.scene.file, settings.scene.camera), (Some("a.gltf".into()), Some("1".to_owned())));
+        assert_eq!(
+            (settings.many_lights.vpls, settings.lgh.interleave, settings.many_lights.shadow_samples),
+            (7, 2, 8)
+        );
+        assert!(settings.device.validation && settings.picture.size == Size { width: 64, height: 32 });
     }
 
     #[test]
@@ -278,10 +286,15 @@ mod tests {
             path.to_str().unwrap().to_owned()
         };
         let (settings, ..) = report(&format!("--settings {} --seed 3", file("a.toml", "alpha = 2.0\nvpls = 50\n")));
-        let expected = Settings { size: SIZE, vpls: 50, alpha: 2.0, seed: 3, ..Settings::default() };
+        let expected = Settings::default().changed(|s| {
+            s.picture.size = SIZE;
+            s.many_lights.vpls = 50;
+            s.lgh.alpha = 2.0;
+            s.picture.seed = 3;
+        });
         assert_eq!(settings, expected);
         let (settings, ..) = report(&format!("--settings {}", file("a.json", "{\"size\": \"1280x720\"}")));
-        assert_eq!((settings.size, settings.vpls), (Settings::default().size, VPLS));
+        assert_eq!((settings.picture.size, settings.many_lights.vpls), (Settings::default().picture.size, VPLS));
         for text in ["technique = \"direct\"", "view = \"depth\"", "output = \"a.png\"", "frames = 2", "samples = 4"] {
             let sentence = complaint(&format!("--settings {}", file("b.toml", text)));
             let key = text.split(' ').next().unwrap();

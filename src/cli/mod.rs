@@ -11,16 +11,16 @@ use std::path::PathBuf;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser};
 
-use crate::settings::Settings;
+use crate::settings::{
+    DeviceSettings, LghSettings, ManyLightSettings, OutputSettings, PathTraceSettings, PictureSettings, RenderSettings,
+    RunSettings, SceneSettings, Settings, WindowSettings,
+};
 use crate::{Error, Result};
 use commands::Subcommand;
 pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs};
 pub use error_report::{ErrorReportOptions, REPORT_FILES};
 pub use help::{OptionHelp, option_help};
-use options::{
-    DeviceArgs, DiagnosticsArgs, FrameArgs, GraphArgs, ListArgs, MethodArgs, OutputArgs, PictureArgs, RunArgs,
-    ScriptArgs, ShadowArgs, TechniqueArgs, ViewArgs, WindowArgs,
-};
+use options::{DiagnosticsArgs, FileArgs, GraphArgs, ListArgs, Overrides, ScriptArgs};
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GRIDLIGHT_COMMIT"), ")");
 
@@ -85,29 +85,31 @@ pub struct Args {
     #[command(subcommand)]
     subcommand: Option<Subcommand>,
     #[command(flatten)]
-    run: RunArgs,
+    scene: Overrides<SceneSettings>,
     #[command(flatten)]
-    frames: FrameArgs,
+    file: FileArgs,
     #[command(flatten)]
-    picture: PictureArgs,
+    run: Overrides<RunSettings>,
     #[command(flatten)]
-    view: ViewArgs,
+    picture: Overrides<PictureSettings>,
     #[command(flatten)]
-    technique: TechniqueArgs,
+    render: Overrides<RenderSettings>,
     #[command(flatten)]
-    method: MethodArgs,
+    path_trace: Overrides<PathTraceSettings>,
     #[command(flatten)]
-    shadows: ShadowArgs,
+    many_lights: Overrides<ManyLightSettings>,
     #[command(flatten)]
-    device: DeviceArgs,
+    lgh: Overrides<LghSettings>,
+    #[command(flatten)]
+    device: Overrides<DeviceSettings>,
     #[command(flatten)]
     list: ListArgs,
     #[command(flatten)]
-    window: WindowArgs,
+    window: Overrides<WindowSettings>,
     #[command(flatten)]
     script: ScriptArgs,
     #[command(flatten)]
-    output: OutputArgs,
+    output: Overrides<OutputSettings>,
     #[command(flatten)]
     graph: GraphArgs,
     #[command(flatten)]
@@ -155,7 +157,7 @@ impl Args {
         let print_graph = self.graph.print_graph;
         let script = self.script.script.clone();
         let settings = Box::new(self.into_settings()?);
-        if !settings.headless && !print_graph {
+        if !settings.run.headless && !print_graph {
             check_that_no_file_is_expected(&settings)?;
             return Ok(Command::Window { settings, script, verbosity });
         }
@@ -167,19 +169,19 @@ impl Args {
 
     /// Command line over settings file over defaults, validated.
     fn into_settings(self) -> Result<Settings> {
-        let file = self.run.settings.clone();
+        let file = self.file.settings;
         let mut settings = file.as_deref().map_or_else(|| Ok(Settings::default()), Settings::read)?;
-        self.run.apply(&mut settings);
-        self.frames.apply(&mut settings);
-        self.picture.apply(&mut settings);
-        self.view.apply(&mut settings);
-        self.technique.apply(&mut settings);
-        self.method.apply(&mut settings);
-        self.shadows.apply(&mut settings);
-        self.device.apply(&mut settings);
-        self.window.apply(&mut settings);
-        self.output.apply(&mut settings);
-        if file.is_some() && file == settings.timings {
+        self.scene.apply(&mut settings.scene)?;
+        self.run.apply(&mut settings.run)?;
+        self.picture.apply(&mut settings.picture)?;
+        self.render.apply(&mut settings.render)?;
+        self.path_trace.apply(&mut settings.path_trace)?;
+        self.many_lights.apply(&mut settings.many_lights)?;
+        self.lgh.apply(&mut settings.lgh)?;
+        self.device.apply(&mut settings.device)?;
+        self.window.apply(&mut settings.window)?;
+        self.output.apply(&mut settings.output)?;
+        if file.is_some() && file == settings.output.timings {
             return Err(Error::Usage("timings would overwrite the settings file: give another name".to_owned()));
         }
         settings.validate()?;
@@ -189,7 +191,8 @@ impl Args {
 
 /// Files are written by runs that end by themselves.
 fn check_that_no_file_is_expected(settings: &Settings) -> Result<()> {
-    let files = [("output", &settings.output), ("timings", &settings.timings), ("dump", &settings.dump)];
+    let files =
+        [("output", &settings.output.picture), ("timings", &settings.output.timings), ("dump", &settings.output.dump)];
     match files.into_iter().find_map(|(name, path)| Some((name, path.as_ref()?))) {
         None => Ok(()),
         Some((name, path)) => {

@@ -46,7 +46,7 @@ fn clap_finds_no_fault() {
 
 #[test]
 fn no_options_are_the_defaults() {
-    assert_eq!(settings(&[]), Settings { headless: true, ..Settings::default() });
+    assert_eq!(settings(&[]), Settings::default().changed(|s| s.run.headless = true));
 }
 
 #[test]
@@ -55,63 +55,66 @@ fn every_option_arrives() {
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --present-mode mailbox --render-scale 0.25";
-    let expected = Settings {
-        scene: Some("a.gltf".into()),
-        headless: true,
-        frames: 8,
-        warmup: 2,
-        size: Size { width: 320, height: 180 },
-        camera: Some("atrium".into()),
-        sun: Some(SunPlace { azimuth_deg: 10.0, height_deg: -20.5 }),
-        technique: Technique::Lgh,
-        samples: 3,
-        accumulate: 1,
-        direct: Switch::Off,
-        lights: LightSet::Both,
-        vpls: 7,
-        bounces: 5,
-        levels: Levels::Fixed(6),
-        alpha: 2.0,
-        lobe: Lobe::Sh1,
-        center: Center::Uniform,
-        first_level: 0,
-        interleave: 4,
-        shadow_samples: 16,
-        shadows: Switch::Off,
-        shadow_from: 3,
-        shadow_points: ShadowPoints::Deviation,
-        lighting: Some(LightingMode::Volumes),
-        reservoir: Some(Reservoir::Race),
-        rays: Rays::Query,
-        build: Build::Scatter,
-        scatter: Some(Scatter::Atomic),
-        filter: Filter::None,
-        clamp: 0.0,
-        max_submit_ms: 9.0,
-        seed: 9,
-        exposure: Exposure::Fixed(0.5),
-        view: View::LightCount,
-        output: Some("a.exr".into()),
-        timings: Some("a.json".into()),
-        dump: Some("d".into()),
-        renderdoc_frame: Some(0),
-        gpu: Some("llvmpipe".into()),
-        validation: true,
-        present_mode: PresentMode::Mailbox,
-        render_scale: RenderScale::Fixed(0.25),
-    };
+    let expected = Settings::default().changed(|s| {
+        s.scene.file = Some("a.gltf".into());
+        s.run.headless = true;
+        s.run.frames = 8;
+        s.run.warmup = 2;
+        s.picture.size = Size { width: 320, height: 180 };
+        s.scene.camera = Some("atrium".into());
+        s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: -20.5 });
+        s.render.technique = Technique::Lgh;
+        s.path_trace.samples = 3;
+        s.render.accumulate = 1;
+        s.render.direct = Switch::Off;
+        s.many_lights.lights = LightSet::Both;
+        s.many_lights.vpls = 7;
+        s.many_lights.bounces = 5;
+        s.lgh.levels = Levels::Fixed(6);
+        s.lgh.alpha = 2.0;
+        s.lgh.lobe = Lobe::Sh1;
+        s.lgh.center = Center::Uniform;
+        s.lgh.first_level = 0;
+        s.lgh.interleave = 4;
+        s.many_lights.shadow_samples = 16;
+        s.many_lights.shadows = Switch::Off;
+        s.lgh.shadow_from = 3;
+        s.lgh.shadow_points = ShadowPoints::Deviation;
+        s.lgh.lighting = Some(LightingMode::Volumes);
+        s.lgh.reservoir = Some(Reservoir::Race);
+        s.picture.rays = Rays::Query;
+        s.lgh.build = Build::Scatter;
+        s.lgh.scatter = Some(Scatter::Atomic);
+        s.lgh.filter = Filter::None;
+        s.many_lights.clamp = 0.0;
+        s.device.max_submit_ms = 9.0;
+        s.picture.seed = 9;
+        s.picture.exposure = Exposure::Fixed(0.5);
+        s.render.view = View::LightCount;
+        s.output.picture = Some("a.exr".into());
+        s.output.timings = Some("a.json".into());
+        s.output.dump = Some("d".into());
+        s.output.renderdoc_frame = Some(0);
+        s.device.gpu = Some("llvmpipe".into());
+        s.device.validation = true;
+        s.window.present_mode = PresentMode::Mailbox;
+        s.window.render_scale = RenderScale::Fixed(0.25);
+    });
     assert_eq!(settings(&line.split_whitespace().collect::<Vec<_>>()), expected);
-    assert_eq!(settings(&["--technique", "direct"]).technique, Technique::Direct);
+    // The technique that has most of them, and one frame.
+    let keys = expected.differences(&Settings::default()).unwrap().len() + ["technique", "accumulate"].len();
+    assert_eq!(keys, Settings::keys().count());
+    assert_eq!(settings(&["--technique", "direct"]).render.technique, Technique::Direct);
     assert_eq!(settings(&["--levels", "auto", "--exposure", "auto"]), settings(&[]));
     // Views are of one frame.
-    assert_eq!(settings(&["--accumulate", "4"]).accumulate, 4);
+    assert_eq!(settings(&["--accumulate", "4"]).render.accumulate, 4);
 }
 
 #[test]
 fn a_repeated_option_takes_the_last_value() {
     let found = settings(&["--headless", "--size", "1x1", "--size", "2x3", "--output", "a.png", "--output", "b.exr"]);
-    assert_eq!(found.size, Size { width: 2, height: 3 });
-    assert_eq!(found.output.as_deref(), Some(Path::new("b.exr")));
+    assert_eq!(found.picture.size, Size { width: 2, height: 3 });
+    assert_eq!(found.output.picture.as_deref(), Some(Path::new("b.exr")));
 }
 
 #[test]
@@ -124,15 +127,14 @@ fn command_line_over_file_over_defaults() {
     let Ok(Command::Render { settings, .. }) = command(&["--settings", path, "--frames", "9", "c.gltf"]) else {
         panic!("expected to render");
     };
-    let expected = Settings {
-        scene: Some("c.gltf".into()),
-        headless: true,
-        frames: 9,
-        alpha: 2.0,
-        reservoir: Some(Reservoir::Race),
-        camera: Some("2".into()),
-        ..Settings::default()
-    };
+    let expected = Settings::default().changed(|s| {
+        s.scene.file = Some("c.gltf".into());
+        s.run.headless = true;
+        s.run.frames = 9;
+        s.lgh.alpha = 2.0;
+        s.lgh.reservoir = Some(Reservoir::Race);
+        s.scene.camera = Some("2".into());
+    });
     assert_eq!(*settings, expected);
     let sentence = complaint(&["--settings", path, "--technique", "direct"]);
     assert!(sentence.contains("technique direct has no reservoirs"), "{sentence}");
@@ -154,7 +156,7 @@ fn settings_files_are_checked_too() {
 #[test]
 fn without_headless_there_is_a_window() {
     let Ok(Command::Window { settings, script, .. }) = command(&["a.glb", "--script", "s.txt"]) else { panic!() };
-    assert_eq!((settings.scene, script), (Some("a.glb".into()), Some("s.txt".into())));
+    assert_eq!((settings.scene.file, script), (Some("a.glb".into()), Some("s.txt".into())));
     let sentence = complaint(&["--headless", "--script", "s.txt"]);
     assert_eq!(sentence, "--script is for the window: leave out --headless and --print-graph");
     assert_eq!(complaint(&["--output", "a.png"]), "output a.png is of a run without a window: add --headless");
@@ -214,21 +216,19 @@ fn help_names_every_option() {
 #[test]
 fn help_states_the_defaults() {
     let help = shown(&["-h"]).split_whitespace().collect::<Vec<_>>().join(" ");
-    let Settings {
-        samples, accumulate, max_submit_ms, size, frames, warmup, vpls, bounces, alpha, clamp, seed, ..
-    } = Settings::default();
+    let settings = Settings::default();
     for (option, default) in [
-        ("--size <WxH>", size.to_string()),
-        ("--frames <N>", frames.to_string()),
-        ("--warmup <N>", warmup.to_string()),
-        ("--samples <N>", samples.to_string()),
-        ("--accumulate <N>", accumulate.to_string()),
-        ("--max-submit-ms <MS>", max_submit_ms.to_string()),
-        ("--vpls <N>", vpls.to_string()),
-        ("--bounces <N>", bounces.to_string()),
-        ("--alpha <CELLS>", alpha.to_string()),
-        ("--clamp <FRACTION>", clamp.to_string()),
-        ("--seed <N>", seed.to_string()),
+        ("--size <WxH>", settings.picture.size.to_string()),
+        ("--frames <N>", settings.run.frames.to_string()),
+        ("--warmup <N>", settings.run.warmup.to_string()),
+        ("--samples <N>", settings.path_trace.samples.to_string()),
+        ("--accumulate <N>", settings.render.accumulate.to_string()),
+        ("--max-submit-ms <MS>", settings.device.max_submit_ms.to_string()),
+        ("--vpls <N>", settings.many_lights.vpls.to_string()),
+        ("--bounces <N>", settings.many_lights.bounces.to_string()),
+        ("--alpha <CELLS>", settings.lgh.alpha.to_string()),
+        ("--clamp <FRACTION>", settings.many_lights.clamp.to_string()),
+        ("--seed <N>", settings.picture.seed.to_string()),
     ] {
         let (_, rest) = help.split_once(option).unwrap_or_else(|| panic!("no {option}"));
         let (_, stated) = rest.split_once("[default: ").unwrap();
@@ -263,7 +263,7 @@ fn every_option_of_a_comparison_arrives() {
     assert_eq!(compare(&line.split_whitespace().collect::<Vec<_>>()), expected);
     assert_eq!(compare(&["a.json", "b.json", "--max-regression", "10"]).max_regression, Some(10.0));
     assert_eq!(compare(&["a.png", "b.png"]).kind().unwrap(), CompareKind::Png);
-    assert_eq!(settings(&["./compare"]).scene, Some("./compare".into()));
+    assert_eq!(settings(&["./compare"]).scene.file, Some("./compare".into()));
     for option in "--exposure --direct --max-flip --max-relmse --energy-within --max-regression --help".split(' ') {
         assert!(shown(&["compare", "--help"]).contains(option), "{option}");
     }

@@ -39,7 +39,7 @@ pub(super) fn check_reservoirs(gpu: &Gpu, shape: &FrameShape) -> Result<()> {
 
 /// The slots of the light paths, 16 bytes each, must fit the device.
 pub(super) fn check_slots(gpu: &Gpu, settings: &Settings, slots_per_vpl: f64) -> Result<()> {
-    check_vpls(gpu, settings, 16.0 * slots_per_vpl * f64::from(settings.vpls))
+    check_vpls(gpu, settings, 16.0 * slots_per_vpl * f64::from(settings.many_lights.vpls))
 }
 
 /// The largest buffer of the hierarchy must fit the device.
@@ -60,16 +60,16 @@ fn check_vpls(gpu: &Gpu, settings: &Settings, largest_bytes: f64) -> Result<()> 
     }
     Err(Error::Usage(format!(
         "--vpls {} does not fit this device, whose storage buffers end at {} MiB; about {:.0} would fit",
-        settings.vpls,
+        settings.many_lights.vpls,
         limit as u64 >> 20,
-        (f64::from(settings.vpls) * limit / largest_bytes / 1000.0 * 0.97).floor() * 1000.0
+        (f64::from(settings.many_lights.vpls) * limit / largest_bytes / 1000.0 * 0.97).floor() * 1000.0
     )))
 }
 
 /// How lights are summed into S1 when `most_in_cell` of them share a cell.
 pub(super) fn scatter_mode(settings: &Settings, most_in_cell: u32) -> Scatter {
-    let crowded = settings.build == Build::Scatter || most_in_cell > MOST_SORTED_IN_CELL;
-    settings.scatter.unwrap_or(if crowded { Scatter::Atomic } else { Scatter::Sorted })
+    let crowded = settings.lgh.build == Build::Scatter || most_in_cell > MOST_SORTED_IN_CELL;
+    settings.lgh.scatter.unwrap_or(if crowded { Scatter::Atomic } else { Scatter::Sorted })
 }
 
 /// The image that holds the merged lights must fit the device.

@@ -90,7 +90,8 @@ impl Renderer {
         let base = FrameShape { inspect: showing.inspect, ..base_shape(gpu, scene, settings)? };
         let shape = if is_measured(settings) { with_measures(&base, &self.shape) } else { base };
         let same_window = self.shown.is_some_and(|(shown, _)| shown == showing);
-        let same_kind = self.technique == settings.technique && is_measured(settings) == is_measured(measured_with);
+        let same_kind =
+            self.technique == settings.render.technique && is_measured(settings) == is_measured(measured_with);
         Ok(same_window
             && same_kind
             && shape == self.shape
@@ -100,7 +101,7 @@ impl Renderer {
     /// Takes over the camera and whatever of the settings are constants of the frame.
     pub fn update(&mut self, gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Settings) {
         self.camera = camera.clone();
-        self.seed = settings.seed;
+        self.seed = settings.picture.seed;
         self.data = frame_data(gpu, scene, camera, settings, &self.shape);
     }
 
@@ -147,8 +148,8 @@ impl Renderer {
 /// Whether two settings trace the same lights and build the same levels over them.
 fn same_lights(a: &Settings, b: &Settings) -> bool {
     is_measured(a) == is_measured(b)
-        && (a.lights, a.vpls, a.bounces, a.levels) == (b.lights, b.vpls, b.bounces, b.levels)
-        && (a.build, a.scatter) == (b.build, b.scatter)
+        && a.many_lights.traced() == b.many_lights.traced()
+        && a.lgh.measured() == b.lgh.measured()
 }
 
 /// A shape with what another of the same lights was measured to need.

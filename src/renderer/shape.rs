@@ -40,8 +40,8 @@ pub(super) fn measured_shape(
 
 /// Whether light paths decide the shape.
 pub(super) fn is_measured(settings: &Settings) -> bool {
-    let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
-    many_lights && frame::needs_lights(settings.view)
+    let many_lights = matches!(settings.render.technique, Technique::Lgh | Technique::BruteForce);
+    many_lights && frame::needs_lights(settings.render.view)
 }
 
 /// More direct lights than this make the direct pass slow enough to say so.
@@ -49,8 +49,8 @@ const MANY_DIRECT_LIGHTS: u32 = 64;
 
 pub(super) fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result<()> {
     let point_lights = scene.light_count - scene.first_point_light;
-    let many_lights = matches!(settings.technique, Technique::Lgh | Technique::BruteForce);
-    if many_lights && settings.lights == LightSet::Scene && point_lights == 0 {
+    let many_lights = matches!(settings.render.technique, Technique::Lgh | Technique::BruteForce);
+    if many_lights && settings.many_lights.lights == LightSet::Scene && point_lights == 0 {
         return Err(Error::Usage(
             "--lights scene needs point lights, and the scene has none; use --lights vpl".to_owned(),
         ));
@@ -67,9 +67,9 @@ pub(super) fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result
 /// How lights reach the pixels with these settings.
 #[must_use]
 pub fn lighting_mode(settings: &Settings) -> LightingMode {
-    let only_in_volumes = matches!(settings.reservoir, Some(Reservoir::Race | Reservoir::Lock));
+    let only_in_volumes = matches!(settings.lgh.reservoir, Some(Reservoir::Race | Reservoir::Lock));
     let otherwise = if only_in_volumes { LightingMode::Volumes } else { LightingMode::Gather };
-    settings.lighting.unwrap_or(otherwise)
+    settings.lgh.lighting.unwrap_or(otherwise)
 }
 
 /// Fails where a device cannot trace rays in this way.
@@ -91,7 +91,7 @@ pub fn reservoir_mode(gpu: &Gpu, settings: &Settings) -> Result<Reservoir> {
     if lighting_mode(settings) == LightingMode::Gather {
         return Ok(Reservoir::Exact);
     }
-    match settings.reservoir {
+    match settings.lgh.reservoir {
         Some(Reservoir::Exact) if !gpu.features().int64_atomics => Err(Error::Usage(
             "--lighting volumes --reservoir exact needs 64-bit buffer atomics, which this device lacks; use lock or \
              --lighting gather"
@@ -107,41 +107,41 @@ pub fn reservoir_mode(gpu: &Gpu, settings: &Settings) -> Result<Reservoir> {
 pub(super) fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<FrameShape> {
     let features = gpu.features();
     let reservoir = reservoir_mode(gpu, settings)?;
-    check_rays(gpu, settings.rays)?;
-    if settings.rays == Rays::Query && !scene.has_structures {
+    check_rays(gpu, settings.picture.rays)?;
+    if settings.picture.rays == Rays::Query && !scene.has_structures {
         return Err(Error::Failure("the scene was uploaded without acceleration structures".to_owned()));
     }
     let lighting_format =
         if features.blend_rgba32f { vk::Format::R32G32B32A32_SFLOAT } else { vk::Format::R16G16B16A16_SFLOAT };
     let shape = FrameShape {
-        width_px: settings.size.width,
-        height_px: settings.size.height,
-        direct: settings.direct.is_on(),
-        accumulate: settings.accumulate > 1,
-        samples: settings.samples,
-        interleave: settings.interleave,
+        width_px: settings.picture.size.width,
+        height_px: settings.picture.size.height,
+        direct: settings.render.direct.is_on(),
+        accumulate: settings.render.accumulate > 1,
+        samples: settings.path_trace.samples,
+        interleave: settings.lgh.interleave,
         levels: Levels::new(2),
-        lobe: settings.lobe,
-        center: settings.center,
-        first_level: settings.first_level,
+        lobe: settings.lgh.lobe,
+        center: settings.lgh.center,
+        first_level: settings.lgh.first_level,
         path_count: 0,
-        bounces: settings.bounces,
+        bounces: settings.many_lights.bounces,
         vpl_capacity: 0,
         scene_light_count: scene.hierarchy_lights(settings),
         grid_capacity: 1,
         upper_capacity: 1,
-        shadow_points: settings.shadow_points,
-        shadow_samples: if settings.shadows.is_on() { settings.shadow_samples } else { 0 },
+        shadow_points: settings.lgh.shadow_points,
+        shadow_samples: if settings.many_lights.shadows.is_on() { settings.many_lights.shadow_samples } else { 0 },
         lighting: lighting_mode(settings),
         reservoir,
-        rays: settings.rays,
-        build: settings.build,
+        rays: settings.picture.rays,
+        build: settings.lgh.build,
         scatter: Scatter::Sorted,
-        filter: settings.filter,
+        filter: settings.lgh.filter,
         lighting_format,
         // A dump shows the fragments of every pixel.
-        count_overdraw: settings.dump.is_some(),
-        view: settings.view,
+        count_overdraw: settings.output.dump.is_some(),
+        view: settings.render.view,
         inspect: false,
     };
     let limit = gpu.report().limits.image_edge_px;
@@ -149,7 +149,7 @@ pub(super) fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) 
     if width > limit || height > limit {
         return Err(Error::Usage(format!("--size {width}x{height} is beyond this device's limit of {limit}x{limit}")));
     }
-    if settings.technique == Technique::Lgh {
+    if settings.render.technique == Technique::Lgh {
         check_reservoirs(gpu, &shape)?;
     }
     Ok(shape)
@@ -163,26 +163,28 @@ fn calibrate(
     settings: &Settings,
     shape: &mut FrameShape,
 ) -> Result<()> {
-    if settings.lights != LightSet::Scene {
-        shape.path_count = PILOT_PATHS.min(settings.vpls);
+    if settings.many_lights.lights != LightSet::Scene {
+        shape.path_count = PILOT_PATHS.min(settings.many_lights.vpls);
         shape.vpl_capacity = shape.slot_count();
         let pilot = trace_lights(gpu, scene, camera, settings, shape)?.len() as u32 - shape.scene_light_count;
         let vpls_per_path = f64::from(pilot.max(1)) / f64::from(shape.path_count);
-        let paths = (f64::from(settings.vpls) / vpls_per_path).ceil();
+        let paths = (f64::from(settings.many_lights.vpls) / vpls_per_path).ceil();
         // Where few paths hit anything, as many paths as fit must do.
         if vpls_per_path >= FEW_VPLS_PER_PATH {
-            check_slots(gpu, settings, f64::from(settings.bounces) / vpls_per_path)?;
+            check_slots(gpu, settings, f64::from(settings.many_lights.bounces) / vpls_per_path)?;
         }
         let slots_that_fit = gpu.report().limits.storage_range_bytes as f64 / 16.0;
-        let most_paths = (slots_that_fit / f64::from(settings.bounces)).min(f64::from(settings.vpls) * 64.0);
+        let most_paths =
+            (slots_that_fit / f64::from(settings.many_lights.bounces)).min(f64::from(settings.many_lights.vpls) * 64.0);
         shape.path_count = if pilot == 0 { 1 } else { paths.min(most_paths) as u32 };
-        shape.vpl_capacity = shape.slot_count().min((f64::from(settings.vpls) * CAPACITY_MARGIN) as u32 + 1024);
+        shape.vpl_capacity =
+            shape.slot_count().min((f64::from(settings.many_lights.vpls) * CAPACITY_MARGIN) as u32 + 1024);
     }
     let positions = trace_lights(gpu, scene, camera, settings, shape)?;
     if positions.is_empty() {
         log::warn!("no light reaches the scene: there is no indirect light");
     }
-    let fixed = match settings.levels {
+    let fixed = match settings.lgh.levels {
         settings::Levels::Auto => None,
         settings::Levels::Fixed(top) => Some(top),
     };

@@ -122,7 +122,7 @@ impl Outputs {
     /// Those of [`OutputFile::create`].
     pub fn prepare(settings: &Settings) -> Result<Self> {
         let create = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::create).transpose();
-        Ok(Self { picture: create(&settings.output)?, timings: create(&settings.timings)? })
+        Ok(Self { picture: create(&settings.output.picture)?, timings: create(&settings.output.timings)? })
     }
 }
 
@@ -265,13 +265,12 @@ mod tests {
     #[test]
     fn both_outputs_are_prepared() {
         let folder = tempfile::tempdir().unwrap();
-        let settings = Settings {
-            output: Some(folder.path().join("a.exr")),
-            timings: Some(folder.path().join("no/a.csv")),
-            ..Settings::default()
-        };
+        let settings = Settings::default().changed(|s| {
+            s.output.picture = Some(folder.path().join("a.exr"));
+            s.output.timings = Some(folder.path().join("no/a.csv"));
+        });
         assert_eq!(Outputs::prepare(&settings).unwrap_err().exit_code(), 1);
-        let outputs = Outputs::prepare(&Settings { timings: None, ..settings }).unwrap();
+        let outputs = Outputs::prepare(&settings.changed(|s| s.output.timings = None)).unwrap();
         assert!(outputs.picture.is_some() && outputs.timings.is_none());
         assert!(names(folder.path()).is_empty());
     }

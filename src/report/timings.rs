@@ -76,7 +76,7 @@ impl Program {
     #[must_use]
     pub fn note(&self, settings: &Settings) -> String {
         let Self { name, version, commit } = self;
-        format!("{name} {version} ({commit}), {}", settings::name(&settings.technique))
+        format!("{name} {version} ({commit}), {}", settings::name(&settings.render.technique))
     }
 }
 

@@ -87,7 +87,7 @@ impl Settings {
 }
 
 fn from_table(table: toml::Table) -> std::result::Result<Settings, String> {
-    Settings::deserialize(toml::Value::Table(table)).map_err(|error| super::one_line(error.message()))
+    Settings::deserialize(toml::Value::Table(table)).map_err(|error| super::file::one_line(error.message()))
 }
 
 /// A value as it is written on the command line.
@@ -118,12 +118,12 @@ mod tests {
     #[test]
     fn values_are_those_of_files() {
         let settings = Settings::default();
-        assert_eq!(settings.with("alpha", "2").unwrap().alpha.to_bits(), 2.0_f32.to_bits());
-        assert_eq!(settings.with("technique", "direct").unwrap().technique, Technique::Direct);
-        assert_eq!(settings.with("exposure", "0.5").unwrap().exposure, Exposure::Fixed(0.5));
-        assert_eq!(settings.with("camera", "2").unwrap().camera.as_deref(), Some("2"));
+        assert_eq!(settings.with("alpha", "2").unwrap().lgh.alpha.to_bits(), 2.0_f32.to_bits());
+        assert_eq!(settings.with("technique", "direct").unwrap().render.technique, Technique::Direct);
+        assert_eq!(settings.with("exposure", "0.5").unwrap().picture.exposure, Exposure::Fixed(0.5));
+        assert_eq!(settings.with("camera", "2").unwrap().scene.camera.as_deref(), Some("2"));
         let race = settings.with("reservoir", "race").unwrap();
-        assert_eq!(race.reservoir, Some(Reservoir::Race));
+        assert_eq!(race.lgh.reservoir, Some(Reservoir::Race));
         assert_eq!(race.with_default("reservoir").unwrap(), settings);
     }
 
@@ -143,14 +143,13 @@ mod tests {
     #[test]
     fn a_command_line_says_what_is_not_default() {
         assert_eq!(Settings::default().command_line().unwrap(), "gridlight");
-        let settings = Settings {
-            scene: Some("a b.gltf".into()),
-            alpha: 1.7,
-            technique: Technique::BruteForce,
-            validation: true,
-            camera: Some("-1,2,3,4,5".to_owned()),
-            ..Settings::default()
-        };
+        let settings = Settings::default().changed(|s| {
+            s.scene.file = Some("a b.gltf".into());
+            s.lgh.alpha = 1.7;
+            s.render.technique = Technique::BruteForce;
+            s.device.validation = true;
+            s.scene.camera = Some("-1,2,3,4,5".to_owned());
+        });
         let line = settings.command_line().unwrap();
         assert_eq!(line, "gridlight 'a b.gltf' --alpha 1.7 --camera=-1,2,3,4,5 --technique brute-force --validation");
     }

@@ -37,7 +37,7 @@ impl Settings {
     /// # Errors
     /// [`Error::Usage`] with one sentence that names `what` and the setting in its way.
     pub fn require_shadow_samples(&self, what: &str) -> Result<()> {
-        let obstacle = match (self.shadow_samples, self.shadows) {
+        let obstacle = match (self.many_lights.shadow_samples, self.many_lights.shadows) {
             (0, _) => "shadow-samples 0",
             (_, Switch::Off) => "shadows off",
             (_, Switch::On) => return Ok(()),
@@ -50,23 +50,27 @@ impl Settings {
     /// # Errors
     /// [`Error::Usage`] with one sentence that names the view and what is in its way.
     pub fn validate_view(&self) -> Result<()> {
-        if self.view == View::Final {
+        if self.render.view == View::Final {
             return Ok(());
         }
-        let view = name(&self.view);
-        require(self.technique.has(self.view), || {
-            format!("technique {} has no view {view}: choose {}", name(&self.technique), alternatives(self.view))
+        let view = name(&self.render.view);
+        require(self.render.technique.has(self.render.view), || {
+            format!(
+                "technique {} has no view {view}: choose {}",
+                name(&self.render.technique),
+                alternatives(self.render.view)
+            )
         })?;
-        require(self.accumulate == 1, || {
-            format!("view {view} is of one frame, not of {}: leave accumulate at 1", self.accumulate)
+        require(self.render.accumulate == 1, || {
+            format!("view {view} is of one frame, not of {}: leave accumulate at 1", self.render.accumulate)
         })?;
-        require(self.view != View::Direct || self.direct.is_on(), || {
+        require(self.render.view != View::Direct || self.render.direct.is_on(), || {
             format!("view {view} needs direct light: leave direct on")
         })?;
-        if self.view.needs_shadows() {
+        if self.render.view.needs_shadows() {
             self.require_shadow_samples(&format!("view {view}"))?;
         }
-        require(self.view != View::ShadowRatioFiltered || self.filter != Filter::None, || {
+        require(self.render.view != View::ShadowRatioFiltered || self.lgh.filter != Filter::None, || {
             format!("view {view} needs a filter, and filter none is none: choose view shadow-ratio, or filter atrous")
         })
     }
@@ -93,29 +97,29 @@ mod tests {
     #[test]
     fn the_default_technique_has_every_view() {
         for view in View::value_variants() {
-            Settings { view: *view, ..Settings::default() }.validate().unwrap();
+            Settings::default().changed(|s| s.render.view = *view).validate().unwrap();
         }
     }
 
     #[test]
     fn a_missing_view_names_both() {
-        let sentence = complaint(|s| (s.technique, s.view) = (Technique::Direct, View::Overdraw));
+        let sentence = complaint(|s| (s.render.technique, s.render.view) = (Technique::Direct, View::Overdraw));
         assert_eq!(sentence, "technique direct has no view overdraw: choose technique lgh");
-        let sentence = complaint(|s| (s.technique, s.view) = (Technique::PathTrace, View::Vpls));
+        let sentence = complaint(|s| (s.render.technique, s.render.view) = (Technique::PathTrace, View::Vpls));
         assert_eq!(sentence, "technique path-trace has no view vpls: choose technique lgh or brute-force");
     }
 
     #[test]
     fn settings_in_the_way_are_named() {
-        let sentence = complaint(|s| (s.shadow_samples, s.view) = (0, View::ShadowRatio));
+        let sentence = complaint(|s| (s.many_lights.shadow_samples, s.render.view) = (0, View::ShadowRatio));
         assert_eq!(sentence, "view shadow-ratio needs shadow samples, and shadow-samples 0 leaves none");
-        let sentence = complaint(|s| (s.shadows, s.view) = (Switch::Off, View::SelectedLevel));
+        let sentence = complaint(|s| (s.many_lights.shadows, s.render.view) = (Switch::Off, View::SelectedLevel));
         assert_eq!(sentence, "view selected-level needs shadow samples, and shadows off leaves none");
-        let sentence = complaint(|s| (s.filter, s.view) = (Filter::None, View::ShadowRatioFiltered));
+        let sentence = complaint(|s| (s.lgh.filter, s.render.view) = (Filter::None, View::ShadowRatioFiltered));
         assert!(sentence.contains("shadow-ratio-filtered") && sentence.contains("filter none"), "{sentence}");
-        let sentence = complaint(|s| (s.accumulate, s.view) = (4, View::Normal));
+        let sentence = complaint(|s| (s.render.accumulate, s.render.view) = (4, View::Normal));
         assert_eq!(sentence, "view normal is of one frame, not of 4: leave accumulate at 1");
-        let sentence = complaint(|s| (s.direct, s.view) = (Switch::Off, View::Direct));
+        let sentence = complaint(|s| (s.render.direct, s.render.view) = (Switch::Off, View::Direct));
         assert_eq!(sentence, "view direct needs direct light: leave direct on");
     }
 }

@@ -30,13 +30,14 @@ pub fn report(settings: &Settings, options: &ErrorReportOptions, quiet: bool) ->
     let progress = Progress::new(quiet);
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &progress)?;
-    let camera = &find_camera(&scene, settings.camera.as_deref())?;
+    let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
     // What `None` stood for.
-    let settings = Settings { reservoir: Some(renderer::reservoir_mode(&gpu, settings)?), ..settings.clone() };
+    let reservoir = renderer::reservoir_mode(&gpu, settings)?;
+    let settings = settings.clone().changed(|s| s.lgh.reservoir = Some(reservoir));
     let plan = stages::plan(&settings, options);
     let mut studio = Studio::new(&gpu, &uploaded, camera, progress);
-    let (stages, exposure) = run_stages(&mut studio, &plan, settings.exposure)?;
+    let (stages, exposure) = run_stages(&mut studio, &plan, settings.picture.exposure)?;
     let report = ErrorReport {
         schema: SCHEMA,
         program: Program::this(),

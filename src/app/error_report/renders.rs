@@ -58,7 +58,7 @@ impl<'a> Studio<'a> {
             return Ok(Rc::clone(rendered));
         }
         let bar = self.progress.bar(name, SUBDIVISION);
-        let rendered = match recipe.settings.technique {
+        let rendered = match recipe.settings.render.technique {
             Technique::PathTrace => self.path_trace(&recipe.settings, &bar),
             _ => self.frames(&recipe.settings, recipe.frames, &|done| bar.set(done)),
         };
@@ -70,17 +70,20 @@ impl<'a> Studio<'a> {
 
     /// Two halves of the samples with seeds of their own: their difference tells the noise of their mean.
     fn path_trace(&self, settings: &Settings, bar: &Bar) -> Result<Rendered> {
-        let samples = [settings.samples.div_ceil(2), settings.samples / 2];
+        let samples = [settings.path_trace.samples.div_ceil(2), settings.path_trace.samples / 2];
         if samples[1] == 0 {
             return self.frames(settings, Frames::One, &|done| bar.set(done));
         }
         let half = |index: usize, seed: u32| {
-            let settings = Settings { samples: samples[index], seed, ..settings.clone() };
+            let settings = settings.clone().changed(|s| {
+                s.path_trace.samples = samples[index];
+                s.picture.seed = seed;
+            });
             let before = index as u64 * SUBDIVISION / 2;
             self.frames(&settings, Frames::One, &|done| bar.set(before + done / 2))
         };
-        let (first, second) = (half(0, settings.seed)?, half(1, hash(settings.seed))?);
-        let share = samples[1] as f32 / settings.samples as f32;
+        let (first, second) = (half(0, settings.picture.seed)?, half(1, hash(settings.picture.seed))?);
+        let share = samples[1] as f32 / settings.path_trace.samples as f32;
         let mean = mix(&first.image, &second.image, share)?;
         // A half is as far from the mean of both as that mean is expected to be from the truth.
         let noise = metrics(&mean, &first.image, Tone::Srgb, None)?;
@@ -96,9 +99,9 @@ impl<'a> Studio<'a> {
             Frames::Mean(count) => (0, count),
             Frames::OneAfter(count) => (count, 1),
         };
-        let settings = Settings { accumulate: count, ..settings.clone() };
+        let settings = settings.clone().changed(|s| s.render.accumulate = count);
         let mut renderer = Renderer::new(self.gpu, self.scene, self.camera, &settings)?;
-        if matches!(settings.technique, Technique::Lgh | Technique::Direct) {
+        if matches!(settings.render.technique, Technique::Lgh | Technique::Direct) {
             // Some drivers compile shaders when they first run: that is no part of a frame of milliseconds.
             run_frame(&mut renderer, first, &settings, &|_| ())?;
         }
@@ -109,7 +112,7 @@ impl<'a> Studio<'a> {
             ms += run_frame(&mut renderer, first + index, &settings, &part)?;
             part(1.0);
         }
-        let size = settings.size;
+        let size = settings.picture.size;
         let image = Image::new(size.width as usize, size.height as usize, renderer.read_radiance()?)?;
         Ok(Rendered { image, ms, noise: None })
     }
@@ -122,7 +125,7 @@ fn run_frame(renderer: &mut Renderer, number: u32, settings: &Settings, report: 
         report(f64::from(done) / f64::from(total.max(1)));
         interrupt::control_flow()
     };
-    let frame = renderer.run_in_steps(f64::from(settings.max_submit_ms), &mut on_step)?;
+    let frame = renderer.run_in_steps(f64::from(settings.device.max_submit_ms), &mut on_step)?;
     if frame.rounds_done < frame.rounds { Err(interrupted()) } else { Ok(frame.times.gpu_ms()) }
 }
 

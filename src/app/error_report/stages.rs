@@ -78,7 +78,7 @@ impl Planner<'_> {
     }
 
     fn clamp(&self) -> StagePlan {
-        let clamp = self.settings.clamp;
+        let clamp = self.settings.many_lights.clamp;
         let notes = if clamp == 0.0 { vec!["The settings do not clamp.".to_owned()] } else { Vec::new() };
         let cause = format!("VPLs nearer than {clamp} of the scene radius count as if they were that far away.");
         stage("clamp", &cause, self.every_vpl(0.0, Switch::On), self.every_vpl(clamp, Switch::On), notes)
@@ -89,15 +89,15 @@ impl Planner<'_> {
         stage(
             "hierarchy",
             cause,
-            self.every_vpl(self.settings.clamp, Switch::Off),
-            self.unshadowed(self.settings.build),
+            self.every_vpl(self.settings.many_lights.clamp, Switch::Off),
+            self.unshadowed(self.settings.lgh.build),
             Vec::new(),
         )
     }
 
     fn build(&self) -> StagePlan {
         let cause = "Coarse levels gather from finer ones instead of from every VPL.";
-        let build = match self.settings.build {
+        let build = match self.settings.lgh.build {
             Build::Scatter => Build::Cascade,
             other => other,
         };
@@ -111,7 +111,7 @@ impl Planner<'_> {
             "Where no sample of a frame carries light, the shadow of the pixels around it takes its place.".to_owned(),
         );
         let cause = "A few shadow rays to chosen lights darken all of the light by one ratio.";
-        let reference = self.every_vpl(self.settings.clamp, Switch::On);
+        let reference = self.every_vpl(self.settings.many_lights.clamp, Switch::On);
         stage("shadow sampling", cause, reference, self.mean(Filter::None, 1), notes)
     }
 
@@ -127,7 +127,7 @@ impl Planner<'_> {
     fn filter(&self) -> StagePlan {
         let cause = "The shadow estimates are blurred across each surface.";
         let mut notes = Vec::new();
-        if self.settings.filter == Filter::None {
+        if self.settings.lgh.filter == Filter::None {
             notes.push("The settings leave this filter out.".to_owned());
         }
         stage("filter", cause, self.mean(Filter::None, 1), self.mean(Filter::Atrous, 1), notes)
@@ -135,20 +135,20 @@ impl Planner<'_> {
 
     fn filtered_shadows(&self) -> StagePlan {
         let cause = "Shadow samples and their filter together.";
-        let reference = self.every_vpl(self.settings.clamp, Switch::On);
+        let reference = self.every_vpl(self.settings.many_lights.clamp, Switch::On);
         stage("filtered shadows", cause, reference, self.mean(Filter::Atrous, 1), self.shadow_notes())
     }
 
     fn shadow_notes(&self) -> Vec<String> {
         let mut notes = vec!["The error of the hierarchy itself is in it.".to_owned()];
-        if self.settings.shadow_from > 0 {
-            notes.push(format!("Lights below level {} get no shadow samples.", self.settings.shadow_from));
+        if self.settings.lgh.shadow_from > 0 {
+            notes.push(format!("Lights below level {} get no shadow samples.", self.settings.lgh.shadow_from));
         }
         notes
     }
 
     fn interleave(&self, side: u32) -> StagePlan {
-        let filter = self.settings.filter;
+        let filter = self.settings.lgh.filter;
         let cause =
             format!("Each pixel is lit by 1 of {} parts of the lights, and its neighbours fill in.", side * side);
         let name = format!("interleave {side}x{side}");
@@ -160,7 +160,7 @@ impl Planner<'_> {
         reference.label += ", with direct light";
         reference.direct = Some(Recipe { settings: self.of(Technique::Direct, Switch::On), frames: Frames::One });
         let settings = self.of(Technique::Lgh, Switch::On);
-        let settings = Settings { interleave: self.settings.interleave, ..settings };
+        let settings = settings.changed(|s| s.lgh.interleave = self.settings.lgh.interleave);
         let recipe = Recipe { settings, frames: Frames::One };
         let test = Picture { label: "one frame as set".to_owned(), recipe, direct: None };
         let cause = "Everything together: one frame as the settings say, with direct light.";
@@ -169,13 +169,17 @@ impl Planner<'_> {
 
     /// The settings with another technique, not interleaved; direct light on or off.
     fn of(&self, technique: Technique, direct: Switch) -> Settings {
-        Settings { technique, direct, interleave: 1, ..self.settings.clone() }
+        self.settings.clone().changed(|s| {
+            s.render.technique = technique;
+            s.render.direct = direct;
+            s.lgh.interleave = 1;
+        })
     }
 
     fn path_traced(&self) -> Picture {
         let samples = self.options.reference_samples;
         let label = format!("path tracing, {samples} paths per pixel");
-        let settings = Settings { samples, ..self.of(Technique::PathTrace, Switch::Off) };
+        let settings = self.of(Technique::PathTrace, Switch::Off).changed(|s| s.path_trace.samples = samples);
         Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
     }
 
@@ -183,7 +187,10 @@ impl Planner<'_> {
         let shadowed = if shadows.is_on() { "shadowed" } else { "unshadowed" };
         let clamped = if clamp > 0.0 { "clamped" } else { "not clamped" };
         let label = format!("every VPL, {shadowed}, {clamped}");
-        let settings = Settings { clamp, shadows, ..self.of(Technique::BruteForce, Switch::Off) };
+        let settings = self.of(Technique::BruteForce, Switch::Off).changed(|s| {
+            s.many_lights.clamp = clamp;
+            s.many_lights.shadows = shadows;
+        });
         Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
     }
 
@@ -194,7 +201,10 @@ impl Planner<'_> {
             Build::Scatter => "scattered",
         };
         let label = format!("hierarchy, {built}, unshadowed");
-        let settings = Settings { build, shadows: Switch::Off, ..self.of(Technique::Lgh, Switch::Off) };
+        let settings = self.of(Technique::Lgh, Switch::Off).changed(|s| {
+            s.lgh.build = build;
+            s.many_lights.shadows = Switch::Off;
+        });
         Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
     }
 
@@ -207,7 +217,10 @@ impl Planner<'_> {
             Filter::None => "unfiltered",
         };
         let label = format!("mean of {frames} frames, {filtered}{interleaved}");
-        let settings = Settings { filter, interleave, ..self.of(Technique::Lgh, Switch::Off) };
+        let settings = self.of(Technique::Lgh, Switch::Off).changed(|s| {
+            s.lgh.filter = filter;
+            s.lgh.interleave = interleave;
+        });
         Picture { label, recipe: Recipe { settings, frames: Frames::Mean(frames) }, direct: None }
     }
 }
@@ -233,7 +246,7 @@ mod tests {
 
     #[test]
     fn each_stage_changes_its_cause_alone() {
-        let settings = Settings { interleave: 2, ..Settings::default() };
+        let settings = Settings::default().changed(|s| s.lgh.interleave = 2);
         let plan = plan(&settings, &options());
         let changes: Vec<(&str, Vec<String>)> =
             plan.iter().map(|s| (s.name.as_str(), differing(&s.reference.recipe, &s.test.recipe))).collect();
@@ -255,15 +268,19 @@ mod tests {
 
     #[test]
     fn the_whole_method_is_one_frame_as_set() {
-        let settings = Settings { interleave: 4, filter: Filter::None, alpha: 2.0, ..Settings::default() };
+        let settings = Settings::default().changed(|s| {
+            s.lgh.interleave = 4;
+            s.lgh.filter = Filter::None;
+            s.lgh.alpha = 2.0;
+        });
         let plan = plan(&settings, &options());
         let whole = &plan[10];
         assert_eq!(whole.test.recipe, Recipe { settings, frames: Frames::One });
         let direct = whole.reference.direct.as_ref().unwrap();
-        assert_eq!((direct.settings.technique, direct.settings.direct), (Technique::Direct, Switch::On));
+        assert_eq!((direct.settings.render.technique, direct.settings.render.direct), (Technique::Direct, Switch::On));
         // Path tracing is done once, for the first stage and the last.
         assert_eq!(whole.reference.recipe, plan[0].reference.recipe);
-        assert!(!plan[0].reference.recipe.settings.direct.is_on() && plan[0].reference.direct.is_none());
+        assert!(!plan[0].reference.recipe.settings.render.direct.is_on() && plan[0].reference.direct.is_none());
     }
 
     #[test]

@@ -42,7 +42,7 @@ impl App {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
-        let size = self.settings.size;
+        let size = self.settings.picture.size;
         let attributes = Window::default_attributes()
             .with_title("gridlight")
             .with_inner_size(PhysicalSize::new(size.width, size.height));

@@ -119,15 +119,15 @@ impl Session {
     /// # Errors
     /// Those of [`Stage::open`] and [`FrameCapture::load`].
     pub fn open(window: Arc<Window>, mut settings: Settings, script: Script) -> Result<Self> {
-        let capture = FrameCapture::load(settings.renderdoc_frame)?;
+        let capture = FrameCapture::load(settings.output.renderdoc_frame)?;
         let stage = Stage::open(&settings, Arc::<Window>::clone(&window));
         let stage = FrameCapture::opened(capture.as_ref(), stage)?;
-        if stage.gpu().report().is_cpu() && settings.render_scale == RenderScale::Auto {
+        if stage.gpu().report().is_cpu() && settings.window.render_scale == RenderScale::Auto {
             adapt_to_cpu(&mut settings);
         }
         let size = window.inner_size();
         let layers = stage.gpu().report().limits.array_layers;
-        let loading = Some(Loading::start(settings.scene.clone(), settings.sun, layers)?);
+        let loading = Some(Loading::start(settings.scene.file.clone(), settings.scene.sun, layers)?);
         let now = Instant::now();
         Ok(Self {
             panel: Panel::new(&window),
@@ -278,12 +278,12 @@ impl Session {
     fn take_scene(&mut self) -> Result<()> {
         let Some(loading) = self.loading.take_if(|loading| loading.is_finished()) else { return Ok(()) };
         let shown = loading.finish().and_then(|loaded| {
-            let wanted = self.settings.camera.as_deref().filter(|_| !self.has_scene);
+            let wanted = self.settings.scene.camera.as_deref().filter(|_| !self.has_scene);
             let camera = find_camera(&loaded.scene, wanted)?;
             let (path, radius) = (loaded.path.clone(), loaded.scene.bounds.radius());
-            let settings = Settings { scene: path, ..self.picture_settings() };
+            let settings = self.picture_settings().changed(|s| s.scene.file = path);
             self.stage.set_scene(loaded, &camera, &settings)?;
-            Ok((camera, settings.scene, radius))
+            Ok((camera, settings.scene.file, radius))
         });
         let shown = match shown {
             // Without any scene the error ends the program.
@@ -293,12 +293,12 @@ impl Session {
         if let Some((camera, path, radius)) = shown {
             self.camera = FlyCamera::new(&camera);
             if self.has_scene {
-                (self.settings.camera, self.settings.sun) = (None, None);
+                (self.settings.scene.camera, self.settings.scene.sun) = (None, None);
             }
-            let placed = self.settings.sun;
+            let placed = self.settings.scene.sun;
             self.sun = self.stage.uploaded().and_then(|scene| Sun::new(scene.other_lights(), placed));
             self.keys.speed = 0.2 * radius;
-            self.settings.scene = path;
+            self.settings.scene.file = path;
             self.shown_settings = self.settings.clone();
             self.scale.forget();
             (self.has_scene, self.dirty, self.accumulated) = (true, true, 0);
@@ -322,7 +322,7 @@ impl Session {
 
     /// Whether the picture's size follows the time that frames take.
     fn chooses_scale(&self) -> bool {
-        fixed_scale(self.settings.render_scale, self.stage.gpu().report().is_cpu()).is_none()
+        fixed_scale(self.settings.window.render_scale, self.stage.gpu().report().is_cpu()).is_none()
     }
 
     /// Lets the panel see an event; true when it is the panel's alone.
@@ -403,12 +403,12 @@ impl Session {
 
 /// What a CPU can do ten times a second, unless other settings were asked for.
 fn adapt_to_cpu(settings: &mut Settings) {
-    if settings.vpls == Settings::default().vpls {
-        settings.vpls = CPU_VPLS;
+    if settings.many_lights.vpls == Settings::default().many_lights.vpls {
+        settings.many_lights.vpls = CPU_VPLS;
     }
     log::warn!(
         "a CPU driver: the picture's size adapts to about 10 frames per second, with {} lights; --render-scale sets \
          a size and leaves the number of lights alone",
-        settings.vpls
+        settings.many_lights.vpls
     );
 }

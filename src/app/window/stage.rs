@@ -87,7 +87,8 @@ impl Side {
         }
         if let Some([x, y]) = request.inspected {
             let pixel = |at: f32, edge: u32| ((at * edge as f32) as u32).min(edge.saturating_sub(1));
-            self.renderer.inspect_pixel([pixel(x, settings.size.width), pixel(y, settings.size.height)]);
+            self.renderer
+                .inspect_pixel([pixel(x, settings.picture.size.width), pixel(y, settings.picture.size.height)]);
         }
     }
 }
@@ -129,12 +130,15 @@ impl Stage {
     /// # Errors
     /// Those of [`Surface::open`] and [`Swapchain::new`].
     pub fn open(settings: &Settings, window: Arc<dyn WindowSource>) -> Result<Self> {
-        let options =
-            GpuOptions { select: settings.gpu.clone(), validation: settings.validation, baseline_only: false };
+        let options = GpuOptions {
+            select: settings.device.gpu.clone(),
+            validation: settings.device.validation,
+            baseline_only: false,
+        };
         let surface = Surface::open(&options, window)?;
         let gpu = Arc::clone(surface.gpu());
         let format = window_format(surface.format()?);
-        surface.check_mode(settings.present_mode)?;
+        surface.check_mode(settings.window.present_mode)?;
         Ok(Self {
             tickets: VecDeque::new(),
             show: None,
@@ -179,7 +183,7 @@ impl Stage {
     /// # Errors
     /// When the scene does not fit the device or the settings.
     pub fn set_scene(&mut self, loaded: Loaded, camera: &Camera, settings: &Settings) -> Result<()> {
-        let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.rays)?;
+        let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.picture.rays)?;
         let main = self.compile_side(&uploaded, camera, settings, (Part::Whole, false), None)?;
         self.retire()?;
         self.show = Some(Show { main, held: None, uploaded });
@@ -373,7 +377,7 @@ impl Stage {
         if window_px.contains(&0) {
             return Ok(false);
         }
-        self.swapchain = Swapchain::new(&self.surface, window_px, request.settings.present_mode)?;
+        self.swapchain = Swapchain::new(&self.surface, window_px, request.settings.window.present_mode)?;
         let Some(swapchain) = &self.swapchain else { return Ok(false) };
         let format = window_format(swapchain.format());
         if format != self.format {

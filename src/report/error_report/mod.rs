@@ -134,7 +134,7 @@ impl ErrorReport {
         let camera = if scene.camera.is_empty() { String::new() } else { format!(", camera {}", scene.camera) };
         vec![
             ("Scene", format!("{}, {} triangles{camera}", scene.name, scene.triangles)),
-            ("Size", format!("{} pixels", settings.size)),
+            ("Size", format!("{} pixels", settings.picture.size)),
             ("Exposure", crate::compare::table::number(self.exposure)),
             ("Device", format!("{} ({})", device.name, device.driver)),
             ("Machine", format!("{}, {} threads, {}", machine.cpu, machine.cores, machine.os)),

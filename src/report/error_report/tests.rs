@@ -43,7 +43,7 @@ fn report() -> ErrorReport {
         device: Device { name: "some <device>".to_owned(), driver: "driver 1".to_owned(), ..Device::default() },
         machine: Machine { cpu: "a processor".to_owned(), cores: 2, os: "a system".to_owned() },
         scene: SceneInfo { name: "<script>court & yard".to_owned(), triangles: 12, ..SceneInfo::default() },
-        settings: Settings { size: Size { width: 160, height: 90 }, ..Settings::default() },
+        settings: Settings::default().changed(|s| s.picture.size = Size { width: 160, height: 90 }),
         reference_samples: 512,
         frames_per_stage: 16,
         exposure: 0.5,

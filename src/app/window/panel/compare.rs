@@ -42,7 +42,7 @@ pub fn section(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
             ui.end_row();
         }
     });
-    if facts.settings.exposure == Exposure::Auto {
+    if facts.settings.picture.exposure == Exposure::Auto {
         ui.label(RichText::new("Each side has its own automatic exposure; a number makes them comparable.").small());
     }
 }

@@ -196,8 +196,8 @@ impl Panel {
             facts.history.frames_per_second(),
             facts.picture
         ));
-        if facts.settings.accumulate > 1 {
-            let goal = facts.settings.accumulate;
+        if facts.settings.render.accumulate > 1 {
+            let goal = facts.settings.render.accumulate;
             let done = facts.accumulated.min(goal);
             ui.add(egui::ProgressBar::new(done as f32 / goal as f32).text(format!("mean of {done} of {goal} frames")));
         }

@@ -94,7 +94,7 @@ impl Session {
         match scene.cameras.get(index) {
             Some(camera) => {
                 self.camera = FlyCamera::new(camera);
-                self.settings.camera = Some(camera.name.clone());
+                self.settings.scene.camera = Some(camera.name.clone());
             }
             None => self.panel.say(format!("the scene has {} camera(s)", scene.cameras.len())),
         }
@@ -106,22 +106,22 @@ impl Session {
         let before = std::mem::replace(&mut self.settings, new);
         self.panel.clear_error();
         self.scale.forget();
-        if self.settings.present_mode != before.present_mode {
+        if self.settings.window.present_mode != before.window.present_mode {
             self.stage.resized();
         }
-        if self.settings.sun != before.sun
+        if self.settings.scene.sun != before.scene.sun
             && let Some(sun) = &mut self.sun
         {
-            sun.put(self.settings.sun);
+            sun.put(self.settings.scene.sun);
             self.sun_turned_deg = f32::INFINITY;
         }
-        if self.settings.camera != before.camera
+        if self.settings.scene.camera != before.scene.camera
             && let Some(scene) = self.stage.scene()
         {
-            let found = find_camera(scene, self.settings.camera.as_deref());
+            let found = find_camera(scene, self.settings.scene.camera.as_deref());
             match self.soften(found)? {
                 Some(camera) => self.camera = FlyCamera::new(&camera),
-                None => self.settings.camera = before.camera,
+                None => self.settings.scene.camera = before.scene.camera,
             }
         }
         Ok(())
@@ -142,24 +142,23 @@ impl Session {
     fn load_settings(&mut self, path: &Path) -> Result<()> {
         let kept = self.settings.clone();
         let read = Settings::read(path).and_then(|new| {
-            let new = Settings {
-                headless: false,
-                gpu: kept.gpu,
-                validation: kept.validation,
-                present_mode: kept.present_mode,
-                size: kept.size,
-                output: None,
-                timings: None,
-                dump: None,
-                ..new
-            };
+            let new = new.changed(|s| {
+                s.run.headless = false;
+                s.device.gpu = kept.device.gpu;
+                s.device.validation = kept.device.validation;
+                s.window.present_mode = kept.window.present_mode;
+                s.picture.size = kept.picture.size;
+                s.output.picture = None;
+                s.output.timings = None;
+                s.output.dump = None;
+            });
             new.validate()?;
             Ok(new)
         });
         let Some(new) = self.soften(read)? else { return Ok(()) };
-        let scene = new.scene.clone();
-        let other_scene = scene != self.settings.scene;
-        self.change(Ok(Settings { scene: self.settings.scene.clone(), ..new }))?;
+        let scene = new.scene.file.clone();
+        let other_scene = scene != self.settings.scene.file;
+        self.change(Ok(new.changed(|s| s.scene.file = self.settings.scene.file.clone())))?;
         self.panel.say(format!("loaded {}", path.display()));
         if other_scene { self.load(scene) } else { Ok(()) }
     }

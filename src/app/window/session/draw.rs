@@ -22,9 +22,12 @@ const TITLE_EVERY: Duration = Duration::from_millis(500);
 impl Session {
     /// The settings with the camera where it is now.
     pub(super) fn present_settings(&self) -> Settings {
-        let camera = self.camera.setting().or_else(|| self.settings.camera.clone());
+        let camera = self.camera.setting().or_else(|| self.settings.scene.camera.clone());
         let sun = self.sun.as_ref().and_then(Sun::setting);
-        Settings { camera, sun, ..self.settings.clone() }
+        self.settings.clone().changed(|s| {
+            s.scene.camera = camera;
+            s.scene.sun = sun;
+        })
     }
 
     /// The settings with the picture's size in place of the window's.
@@ -34,10 +37,10 @@ impl Session {
 
     /// Settings with the size that the picture has in the window.
     pub(super) fn sized(&self, settings: Settings) -> Settings {
-        let scale = fixed_scale(settings.render_scale, self.stage.gpu().report().is_cpu())
+        let scale = fixed_scale(settings.window.render_scale, self.stage.gpu().report().is_cpu())
             .unwrap_or_else(|| self.scale.scale());
-        let size = picture_size(self.window_px(), scale, settings.interleave);
-        Settings { size, ..settings }
+        let size = picture_size(self.window_px(), scale, settings.lgh.interleave);
+        settings.changed(|s| s.picture.size = size)
     }
 
     /// Runs the panel, adapts the frame to what it says, and shows it.
@@ -131,7 +134,7 @@ impl Session {
             self.history.add(main.result);
             self.take_told(main.told);
             if self.chooses_scale() && self.goal() == 1 && self.scale.observe(ms) {
-                let size = self.picture_settings().size;
+                let size = self.picture_settings().picture.size;
                 log::warn!("frames take {ms:.0} ms: the picture now has {size} pixels");
             }
         }
@@ -146,7 +149,7 @@ impl Session {
 
     fn run_panel(&mut self) -> (PanelPicture, Vec<Action>) {
         let (picture, window_px, scale_is_chosen) =
-            (self.picture_settings().size, self.window_px(), self.chooses_scale());
+            (self.picture_settings().picture.size, self.window_px(), self.chooses_scale());
         let settings = self.present_settings();
         let renderer = self.stage.renderer();
         let facts = Facts {
@@ -180,7 +183,7 @@ impl Session {
         self.titled = Instant::now();
         let mut title = String::from("gridlight");
         if let Some(scene) = self.stage.scene() {
-            let size = self.picture_settings().size;
+            let size = self.picture_settings().picture.size;
             title += &format!(" - {} - {size} pixels - {:.1} frames/s", scene.name, self.history.frames_per_second());
         }
         if self.goal() > 1 {

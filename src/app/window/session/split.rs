@@ -120,23 +120,22 @@ impl Session {
 
     /// Frames that the mean on either side is of.
     pub(super) fn goal(&self) -> u32 {
-        let held = self.split.as_ref().map_or(1, |split| split.settings.accumulate);
-        self.settings.accumulate.max(held)
+        let held = self.split.as_ref().map_or(1, |split| split.settings.render.accumulate);
+        self.settings.render.accumulate.max(held)
     }
 }
 
 /// Settings with those of others that belong to the scene, the camera, the window and the device.
 fn with_shared(settings: &Settings, others: &Settings) -> Settings {
-    Settings {
-        scene: others.scene.clone(),
-        camera: others.camera.clone(),
-        sun: others.sun,
-        size: others.size,
-        gpu: others.gpu.clone(),
-        validation: others.validation,
-        present_mode: others.present_mode,
-        render_scale: others.render_scale,
-        max_submit_ms: others.max_submit_ms,
-        ..settings.clone()
-    }
+    settings.clone().changed(|s| {
+        s.scene.file = others.scene.file.clone();
+        s.scene.camera = others.scene.camera.clone();
+        s.scene.sun = others.scene.sun;
+        s.picture.size = others.picture.size;
+        s.device.gpu = others.device.gpu.clone();
+        s.device.validation = others.device.validation;
+        s.window.present_mode = others.window.present_mode;
+        s.window.render_scale = others.window.render_scale;
+        s.device.max_submit_ms = others.device.max_submit_ms;
+    })
 }

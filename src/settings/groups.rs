@@ -1,0 +1,219 @@
+//! The groups of settings that do not depend on the technique.
+
+use std::path::PathBuf;
+
+use serde::{Serialize, Serializer};
+
+use super::group::settings_group;
+use super::validate::{above_zero, at_least_one, has_extension, require};
+use super::values::name_or_index;
+use super::{Exposure, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, View};
+use crate::Result;
+use crate::report::files::FileKind;
+
+settings_group! {
+    /// What is looked at, from where, and under which sun.
+    #[command(next_help_heading = "Picture")]
+    pub struct SceneSettings {
+        /// glTF or GLB file to render [default: the built-in scene]
+        #[arg(id = "scene", value_name = "SCENE", help_heading = "Run")]
+        #[serde(serialize_with = "path_as_text")]
+        pub file as "scene": Option<PathBuf> = None,
+        /// Camera of the scene, by name or by index from 0, or a place and a view as the window saves them: X,Y,Z,AZIMUTH,HEIGHT,YFOV
+        /// in metres and degrees [default: the first, or one inside a room and outside anything else]
+        #[arg(long, value_name = "NAME|INDEX|PLACE")]
+        #[serde(deserialize_with = "name_or_index")]
+        pub camera: Option<String> = None,
+        /// Where the scene's first directional light stands, in degrees: 0 is along -z and 90 along x; height above the horizon
+        /// [default: as in the scene]
+        #[arg(long, value_name = "AZIMUTH,HEIGHT", allow_hyphen_values = true)]
+        pub sun: Option<SunPlace> = None,
+    }
+}
+
+settings_group! {
+    /// How a run goes.
+    #[command(next_help_heading = "Run")]
+    pub struct RunSettings {
+        /// Render without a window; needs no display
+        #[arg(long)]
+        pub headless: bool = false,
+        /// Measured frames, 1 or more [default: 1]
+        #[arg(long, value_name = "N")]
+        pub frames: u32 = 1,
+        /// Frames rendered before the measured ones [default: 0]
+        #[arg(long, value_name = "N")]
+        pub warmup: u32 = 0,
+    }
+}
+
+settings_group! {
+    /// What every picture has, whatever it shows.
+    #[command(next_help_heading = "Picture")]
+    pub struct PictureSettings {
+        /// Size in pixels [default: 1280x720]
+        #[arg(long, value_name = "WxH")]
+        pub size: Size = Size { width: 1280, height: 720 },
+        /// Factor on the radiance in PNG pictures, above 0, or `auto` [default: auto]
+        #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true)]
+        pub exposure: Exposure = Exposure::Auto,
+        /// Seed of every random number, 0 to 4294967295 [default: 1]
+        #[arg(long, value_name = "N", help_heading = "Method")]
+        pub seed: u32 = 1,
+        /// What traces rays of any kind: the BVH in shaders, or the device's acceleration structures by ray queries
+        /// [default: bvh]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "bvh|query", help_heading = "Shadows")]
+        pub rays: Rays = Rays::Bvh,
+    }
+}
+
+settings_group! {
+    /// What the picture shows, and which technique renders it.
+    #[command(next_help_heading = "Method")]
+    pub struct RenderSettings {
+        /// What the picture shows: final, albedo, normal, depth, direct, indirect, shadow-ratio, shadow-ratio-filtered,
+        /// selected-level, overdraw, light-count, level-weights or vpls [default: final]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]
+        pub view: View = View::Final,
+        /// The lighting grid hierarchy, direct light alone, or a reference: every light at every pixel, or path tracing
+        /// [default: lgh]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "lgh|direct|brute-force|path-trace")]
+        pub technique: Technique = Technique::Lgh,
+        /// Mean of this many frames with fresh seeds and sub-pixel jitter, 1 or more [default: 1]
+        #[arg(long, value_name = "N")]
+        pub accumulate: u32 = 1,
+        /// Direct light [default: on]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "on|off")]
+        pub direct: Switch = Switch::On,
+    }
+}
+
+settings_group! {
+    /// What renders, and how it is treated.
+    #[command(next_help_heading = "Device")]
+    pub struct DeviceSettings {
+        /// Device, by its index in --list-gpus or by a part of its name [default: the most capable]
+        #[arg(long, value_name = "INDEX|NAME")]
+        #[serde(deserialize_with = "name_or_index")]
+        pub gpu: Option<String> = None,
+        /// Run under the Vulkan validation layers; any message is a failure (exit 4)
+        #[arg(long)]
+        pub validation: bool = false,
+        /// About the longest time of one submission to the device, above 0: frames are split between passes, reference
+        /// techniques between parts of the picture [default: 200]
+        #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+        pub max_submit_ms: f32 = 200.0,
+    }
+}
+
+settings_group! {
+    /// How a window shows pictures.
+    #[command(next_help_heading = "Window")]
+    pub struct WindowSettings {
+        /// How the window's pictures take turns: each waits for the display, the newest is taken, at once, or waiting
+        /// unless late [default: fifo]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "fifo|mailbox|immediate|fifo-relaxed")]
+        pub present_mode: PresentMode = PresentMode::Fifo,
+        /// Edge of the rendered picture as a fraction of the window's, 0.05 to 1, or `auto`: 1, but on a CPU driver what
+        /// holds about 10 frames per second [default: auto]
+        #[arg(long, value_name = "auto|F", allow_negative_numbers = true)]
+        pub render_scale: RenderScale = RenderScale::Auto,
+    }
+}
+
+settings_group! {
+    /// The files that a run leaves.
+    #[command(next_help_heading = "Output")]
+    pub struct OutputSettings {
+        /// Write the last frame: .exr (linear radiance) or .png (exposed, tone-mapped)
+        #[arg(id = "output", long = "output", value_name = "PATH")]
+        #[serde(serialize_with = "path_as_text")]
+        pub picture as "output": Option<PathBuf> = None,
+        /// Write the timings: .json (statistics, settings, counts) or .csv (every frame and pass)
+        #[arg(long, value_name = "PATH")]
+        #[serde(serialize_with = "path_as_text")]
+        pub timings: Option<PathBuf> = None,
+        /// Write every intermediate of the last frame into this new or empty folder (docs/dumps.md)
+        #[arg(long, value_name = "DIR")]
+        #[serde(serialize_with = "path_as_text")]
+        pub dump: Option<PathBuf> = None,
+        /// Let RenderDoc capture this frame, counted from 0, into gridlight_*.rdc in the working directory
+        #[arg(long, value_name = "N")]
+        pub renderdoc_frame: Option<u32> = None,
+    }
+}
+
+impl SceneSettings {
+    pub(super) fn validate(&self) -> Result<()> {
+        let Some(SunPlace { azimuth_deg, height_deg }) = self.sun else { return Ok(()) };
+        require(azimuth_deg.is_finite() && height_deg.abs() <= 90.0, || {
+            format!("sun {azimuth_deg},{height_deg} needs a finite azimuth and a height from -90 to 90")
+        })
+    }
+}
+
+impl RunSettings {
+    pub(super) fn validate(&self) -> Result<()> {
+        at_least_one("frames", self.frames)
+    }
+}
+
+impl PictureSettings {
+    pub(super) fn validate(&self) -> Result<()> {
+        let size = self.size;
+        require(size.width > 0 && size.height > 0, || {
+            format!("size {size} has no pixels: width and height must be at least 1")
+        })?;
+        match self.exposure {
+            Exposure::Auto => Ok(()),
+            Exposure::Fixed(factor) => above_zero("exposure", factor),
+        }
+    }
+}
+
+impl RenderSettings {
+    pub(super) fn validate(&self) -> Result<()> {
+        at_least_one("accumulate", self.accumulate)
+    }
+}
+
+impl DeviceSettings {
+    pub(super) fn validate(&self) -> Result<()> {
+        above_zero("max-submit-ms", self.max_submit_ms)
+    }
+}
+
+impl WindowSettings {
+    pub(super) fn validate(&self) -> Result<()> {
+        let RenderScale::Fixed(scale) = self.render_scale else { return Ok(()) };
+        require((0.05..=1.0).contains(&scale), || format!("render-scale must be `auto` or from 0.05 to 1, not {scale}"))
+    }
+}
+
+impl OutputSettings {
+    pub(super) fn validate(&self) -> Result<()> {
+        if let (Some(picture), Some(timings)) = (&self.picture, &self.timings) {
+            require(picture != timings, || {
+                format!("output and timings are the same file, {}: give two names", picture.display())
+            })?;
+        }
+        if let Some(path) = &self.picture {
+            has_extension("output", path, &[FileKind::Exr, FileKind::Png])?;
+        }
+        if let Some(path) = &self.timings {
+            has_extension("timings", path, &[FileKind::Json, FileKind::Csv])?;
+        }
+        if let Some(dump) = &self.dump {
+            let inside = self.picture.iter().chain(&self.timings).find(|path| path.starts_with(dump));
+            require(inside.is_none(), || {
+                format!("dump {} must hold nothing else, and an output would lie in it", dump.display())
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// A path that is not Unicode must not stop the timings from being written.
+fn path_as_text<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    path.as_ref().map(|path| path.to_string_lossy()).serialize(serializer)
+}

@@ -1,0 +1,88 @@
+//! What the lighting grid hierarchy alone has settings for.
+
+use crate::Result;
+use crate::settings::group::settings_group;
+use crate::settings::validate::{above_zero, require, within};
+use crate::settings::{Build, Center, Filter, Levels, LightingMode, Lobe, Reservoir, Scatter, ShadowPoints};
+
+settings_group! {
+    /// The lighting grid hierarchy.
+    #[command(next_help_heading = "Method")]
+    pub struct LghSettings {
+        /// Top level of the hierarchy, 2 to 10, or `auto` [default: auto]
+        #[arg(long, value_name = "auto|N")]
+        pub levels: Levels = Levels::Auto,
+        /// Blending radius of a level, in cells of that level, above 0 [default: 1]
+        #[arg(long, value_name = "CELLS", allow_negative_numbers = true)]
+        pub alpha: f32 = 1.0,
+        /// How a grid light sends out its flux [default: mixture]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "mixture|clamped-normal|sh1|sh1-nonlinear")]
+        pub lobe: Lobe = Lobe::Mixture,
+        /// Where a grid light is: the mean of its lights by luminance, or each counting the same [default: intensity]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "intensity|uniform")]
+        pub center: Center = Center::Intensity,
+        /// First level that lights: 0 the lights themselves, 1 the finest grid [default: 1]
+        #[arg(long, value_name = "0|1")]
+        pub first_level: u32 = 1,
+        /// Side of the interleaving pattern, in pixels, 1, 2 or 4 [default: 1]
+        #[arg(long, value_name = "1|2|4")]
+        pub interleave: u32 = 1,
+        /// How the coarse levels are built: from the level below, from the finest level, or from all lights
+        /// [default: cascade]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "cascade|gather|scatter")]
+        pub build: Build = Build::Cascade,
+        /// How lights are summed into the finest grid: listed by cell, or by atomic additions [default: sorted, but
+        /// atomic where very many lights share a cell]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "sorted|atomic")]
+        pub scatter: Option<Scatter> = None,
+        /// First level whose lights get shadow rays, 0 to 10 [default: 1]
+        #[arg(long, value_name = "L", help_heading = "Shadows")]
+        pub shadow_from: u32 = 1,
+        /// Where a shadow ray ends: on a finer light that the chosen one is made of, or jittered about the chosen
+        /// one by its deviation as in the paper [default: descent]
+        #[arg(
+            long, value_enum, hide_possible_values = true, value_name = "descent|deviation", help_heading = "Shadows"
+        )]
+        pub shadow_points: ShadowPoints = ShadowPoints::Descent,
+        /// How lights reach the pixels: gathered by tiles of pixels, or drawn as volumes [default: gather, volumes with
+        /// --reservoir race or lock]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "volumes|gather", help_heading = "Shadows")]
+        pub lighting: Option<LightingMode> = None,
+        /// Reservoir update; gathering knows `exact` only [default: exact; for volumes on a device without 64-bit
+        /// atomics lock]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "race|lock|exact", help_heading = "Shadows")]
+        pub reservoir: Option<Reservoir> = None,
+        /// Filter of the shadow estimates [default: atrous]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "atrous|none", help_heading = "Shadows")]
+        pub filter: Filter = Filter::Atrous,
+    }
+}
+
+impl LghSettings {
+    /// What decides which levels are built over the lights, and what is measured for them before the first frame.
+    #[must_use]
+    pub fn measured(&self) -> impl PartialEq + use<> {
+        (self.levels, self.build, self.scatter)
+    }
+
+    pub(in crate::settings) fn validate(&self) -> Result<()> {
+        if let Levels::Fixed(levels) = self.levels {
+            within("levels", levels, 2..=10)?;
+        }
+        above_zero("alpha", self.alpha)?;
+        within("first-level", self.first_level, 0..=1)?;
+        require(matches!(self.interleave, 1 | 2 | 4), || {
+            format!("interleave must be 1, 2 or 4, not {}", self.interleave)
+        })?;
+        within("shadow-from", self.shadow_from, 0..=10)?;
+        let picks_otherwise = matches!(self.reservoir, Some(Reservoir::Race | Reservoir::Lock));
+        require(!picks_otherwise || self.lighting != Some(LightingMode::Gather), || {
+            "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes".to_owned()
+        })?;
+        require(self.build != Build::Scatter || self.scatter != Some(Scatter::Sorted), || {
+            "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \
+             build"
+                .to_owned()
+        })
+    }
+}

@@ -1,0 +1,49 @@
+//! What the techniques of many lights share; path tracing has the bounces.
+
+use crate::Result;
+use crate::settings::group::settings_group;
+use crate::settings::validate::{at_least_one, require, within};
+use crate::settings::{LightSet, Switch};
+
+settings_group! {
+    /// Which lights there are, and how any of them lights a pixel.
+    #[command(next_help_heading = "Method")]
+    pub struct ManyLightSettings {
+        /// Lights of the hierarchy: traced virtual point lights, the scene's point lights, or both [default: vpl]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "vpl|scene|both")]
+        pub lights: LightSet = LightSet::Vpl,
+        /// Virtual point lights, about this many, 1 or more [default: 100000]
+        #[arg(long, value_name = "N")]
+        pub vpls: u32 = 100_000,
+        /// Diffuse bounces of a light path, at most this many, 1 to 64 [default: 3]
+        #[arg(long, value_name = "N")]
+        pub bounces: u32 = 3,
+        /// Singularity clamp, a fraction of the scene radius, 0 or above; 0 is the reference [default: 0.01]
+        #[arg(long, value_name = "FRACTION", allow_negative_numbers = true)]
+        pub clamp: f32 = 0.01,
+        /// Shadow rays per pixel, 0 to 16; 0 is no indirect shadows [default: 4]
+        #[arg(long, value_name = "K", help_heading = "Shadows")]
+        pub shadow_samples: u32 = 4,
+        /// Shadows of the indirect light [default: on]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "on|off", help_heading = "Shadows")]
+        pub shadows: Switch = Switch::On,
+    }
+}
+
+impl ManyLightSettings {
+    /// What decides which lights are traced.
+    #[must_use]
+    pub fn traced(&self) -> impl PartialEq + use<> {
+        let Self { lights, vpls, bounces, clamp: _, shadow_samples: _, shadows: _ } = self;
+        (*lights, *vpls, *bounces)
+    }
+
+    pub(in crate::settings) fn validate(&self) -> Result<()> {
+        at_least_one("vpls", self.vpls)?;
+        within("bounces", self.bounces, 0..=64)?;
+        require(self.clamp.is_finite() && self.clamp >= 0.0, || {
+            format!("clamp must be a finite number, 0 or above, not {}", self.clamp)
+        })?;
+        within("shadow-samples", self.shadow_samples, 0..=16)
+    }
+}

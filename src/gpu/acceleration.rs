@@ -8,7 +8,7 @@ use ash::vk;
 use super::buffer::Buffer;
 use super::check;
 use super::descriptors::Bound;
-use super::device::Gpu;
+use super::device::Device;
 use super::transfer::{full_barrier, submit_once, upload_buffer};
 use crate::error::{Error, Result};
 use crate::scene::Vertex;
@@ -30,7 +30,7 @@ pub(super) struct Acceleration {
 /// One structure with its memory.
 struct Structure {
     raw: vk::AccelerationStructureKHR,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
     _buffer: Buffer,
 }
 
@@ -48,7 +48,7 @@ impl Acceleration {
     ///
     /// # Errors
     /// [`Error::Failure`] when the device has no ray queries or cannot take so many triangles; [`Error::Memory`].
-    pub fn new(gpu: &Arc<Gpu>, vertices: &Buffer, geometry: &QueryGeometry) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, vertices: &Buffer, geometry: &QueryGeometry) -> Result<Self> {
         let triangles = u64::from(geometry.opaque_count()) + u64::from(geometry.masked_count());
         let most = gpu.report().limits.structure_triangles;
         if triangles > most {
@@ -83,7 +83,7 @@ impl Acceleration {
 
 /// The groups of triangles that are not empty, and how many triangles each has.
 fn triangle_geometries<'a>(
-    gpu: &Gpu,
+    gpu: &Device,
     vertices: &Buffer,
     indices: &Buffer,
     geometry: &QueryGeometry,
@@ -122,7 +122,7 @@ fn instance_words(bottom: vk::DeviceAddress) -> [u32; 16] {
 }
 
 /// Where a buffer with the usage `SHADER_DEVICE_ADDRESS` lies.
-fn address(gpu: &Gpu, buffer: &Buffer) -> vk::DeviceAddress {
+fn address(gpu: &Device, buffer: &Buffer) -> vk::DeviceAddress {
     let info = vk::BufferDeviceAddressInfo::default().buffer(buffer.raw);
     // SAFETY: the buffer is alive, has the usage, and the feature is enabled where structures are built.
     unsafe { gpu.device.get_buffer_device_address(&info) }
@@ -131,7 +131,7 @@ fn address(gpu: &Gpu, buffer: &Buffer) -> vk::DeviceAddress {
 impl Structure {
     /// Builds one structure over geometries with so many primitives each; waits.
     fn build(
-        gpu: &Arc<Gpu>,
+        gpu: &Arc<Device>,
         name: &str,
         kind: vk::AccelerationStructureTypeKHR,
         geometries: &[vk::AccelerationStructureGeometryKHR<'_>],
@@ -167,7 +167,7 @@ impl Structure {
         Ok(structure)
     }
 
-    fn empty(gpu: &Arc<Gpu>, name: &str, kind: vk::AccelerationStructureTypeKHR, size_bytes: u64) -> Result<Self> {
+    fn empty(gpu: &Arc<Device>, name: &str, kind: vk::AccelerationStructureTypeKHR, size_bytes: u64) -> Result<Self> {
         let usage =
             vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
         let buffer = Buffer::new(gpu, name, size_bytes, usage)?;
@@ -185,6 +185,6 @@ impl Structure {
     }
 }
 
-fn functions(gpu: &Gpu) -> Result<&ash::khr::acceleration_structure::Device> {
+fn functions(gpu: &Device) -> Result<&ash::khr::acceleration_structure::Device> {
     gpu.acceleration.as_ref().ok_or_else(|| Error::Failure("this device has no acceleration structures".to_owned()))
 }

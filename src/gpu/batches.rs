@@ -21,17 +21,17 @@ impl Executor {
     /// Passes of the next frame by submission.
     pub(super) fn next_batches(&self) -> Vec<Range<usize>> {
         match self.max_submit_ms {
-            Some(limit) => batches(&self.last_ms, self.passes.len(), self.first_in_window(), limit),
-            None => std::iter::once(0..self.passes.len()).collect(),
+            Some(limit) => batches(&self.last_ms, self.frame.passes.len(), self.first_in_window(), limit),
+            None => std::iter::once(0..self.frame.passes.len()).collect(),
         }
     }
 
     /// The first pass that uses the acquired image. It and those after it are submitted together: that submission waits
     /// for the image and is what presentation waits for.
     fn first_in_window(&self) -> usize {
-        let in_window = |used: &Use| self.graph.resources()[used.resource.index()].lifetime.is_acquired();
-        let first = self.graph.passes().iter().position(|pass| pass.uses.iter().any(in_window));
-        first.unwrap_or(self.passes.len())
+        let in_window = |used: &Use| self.frame.graph.resources()[used.resource.index()].lifetime.is_acquired();
+        let first = self.frame.graph.passes().iter().position(|pass| pass.uses.iter().any(in_window));
+        first.unwrap_or(self.frame.passes.len())
     }
 
     /// Records the frame and submits all of it but the last batch, which is left in the slot's own command buffer.

@@ -7,7 +7,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::check;
-use super::device::Gpu;
+use super::device::Device;
 use crate::error::{Error, Result};
 
 /// A buffer that owns its memory.
@@ -16,7 +16,7 @@ pub struct Buffer {
     /// Size in bytes.
     pub size_bytes: u64,
     allocation: Option<Allocation>,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 impl Buffer {
@@ -24,7 +24,7 @@ impl Buffer {
     ///
     /// # Errors
     /// [`Error::Memory`] when there is no memory for it.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, size_bytes: u64, usage: vk::BufferUsageFlags) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, name: &str, size_bytes: u64, usage: vk::BufferUsageFlags) -> Result<Self> {
         Self::with_location(gpu, name, size_bytes, usage, MemoryLocation::GpuOnly)
     }
 
@@ -32,12 +32,12 @@ impl Buffer {
     ///
     /// # Errors
     /// [`Error::Memory`] when there is no memory for it.
-    pub(super) fn host(gpu: &Arc<Gpu>, name: &str, size_bytes: u64, usage: vk::BufferUsageFlags) -> Result<Self> {
+    pub(super) fn host(gpu: &Arc<Device>, name: &str, size_bytes: u64, usage: vk::BufferUsageFlags) -> Result<Self> {
         Self::with_location(gpu, name, size_bytes, usage, MemoryLocation::GpuToCpu)
     }
 
     fn with_location(
-        gpu: &Arc<Gpu>,
+        gpu: &Arc<Device>,
         name: &str,
         size_bytes: u64,
         usage: vk::BufferUsageFlags,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::check;
-use super::device::Gpu;
+use super::device::Device;
 use crate::error::Result;
 
 /// What one binding points at.
@@ -39,13 +39,13 @@ pub(super) struct Sets {
     pub bindings: Vec<(u32, vk::DescriptorType, vk::ShaderStageFlags)>,
     pub sets: Vec<vk::DescriptorSet>,
     pool: vk::DescriptorPool,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 impl Sets {
     /// Makes one set per entry of `contents`; every entry lists the same bindings in the same order.
     pub fn new(
-        gpu: &Arc<Gpu>,
+        gpu: &Arc<Device>,
         name: &str,
         stages: vk::ShaderStageFlags,
         contents: &[Vec<(u32, Bound)>],
@@ -94,7 +94,7 @@ impl Sets {
     }
 }
 
-fn write(gpu: &Gpu, set: vk::DescriptorSet, binding: u32, bound: Bound) {
+fn write(gpu: &Device, set: vk::DescriptorSet, binding: u32, bound: Bound) {
     let mut buffers = [vk::DescriptorBufferInfo::default()];
     let mut images = [vk::DescriptorImageInfo::default()];
     let raw_structures;

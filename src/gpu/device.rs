@@ -10,7 +10,6 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::check;
 use super::features::{self, DeviceReport, OptionalFeatures};
 use super::instance::{Instance, Messages};
-use super::pipeline::PipelineCache;
 use crate::error::{Error, Result};
 
 /// Which device to open, and how.
@@ -41,15 +40,15 @@ impl ValidationLog {
     }
 }
 
-/// An open device. Cheap to share through an [`Arc`]; everything created from it keeps it alive.
-pub struct Gpu {
+/// An open device, its queue and its memory: all that buffers, images and pipelines are made with. Each of them keeps it
+/// alive.
+pub struct Device {
     pub(super) device: ash::Device,
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
     /// Functions of acceleration structures, where there are ray queries.
     pub(super) acceleration: Option<khr::acceleration_structure::Device>,
-    pub(super) pipelines: PipelineCache,
     /// Shared with the painter of the window's panel.
     pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     report: DeviceReport,
@@ -58,15 +57,7 @@ pub struct Gpu {
     pub(super) instance: Instance,
 }
 
-impl Gpu {
-    /// Opens a device.
-    ///
-    /// # Errors
-    /// [`Error::NoDevice`] when no driver fits the baseline, [`Error::Usage`] when `select` names none.
-    pub fn new(options: &GpuOptions) -> Result<Arc<Self>> {
-        Self::open(options, Instance::new(options.validation)?, &[], &|_| None)
-    }
-
+impl Device {
     /// Opens a device of an instance with extensions enabled. `obstacle` names what a device lacks beyond the baseline.
     pub(super) fn open(
         options: &GpuOptions,
@@ -97,18 +88,7 @@ impl Gpu {
         .map_err(|e| Error::Memory { name: "the allocator".to_owned(), reason: e.to_string() })?;
         log::info!("device: {} ({})", report.name, report.driver);
         let allocator = ManuallyDrop::new(Arc::new(Mutex::new(allocator)));
-        Ok(Arc::new(Self {
-            device,
-            queue,
-            queue_family,
-            debug,
-            acceleration,
-            pipelines: PipelineCache::default(),
-            allocator,
-            report,
-            physical,
-            instance,
-        }))
+        Ok(Arc::new(Self { device, queue, queue_family, debug, acceleration, allocator, report, physical, instance }))
     }
 
     /// What the device is and offers.
@@ -171,9 +151,9 @@ impl Gpu {
     }
 }
 
-impl Drop for Gpu {
+impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: every object created from the device holds an `Arc<Gpu>`, so all are gone by now; the
+        // SAFETY: every object created from the device holds an `Arc<Device>`, so all are gone by now; the
         // allocator is dropped exactly once, before its device.
         unsafe {
             let _ = self.device.device_wait_idle();

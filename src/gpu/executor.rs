@@ -8,29 +8,26 @@ use std::time::Instant;
 use ash::vk;
 
 use super::check;
-use super::descriptors::{Bound, Sets};
-use super::device::Gpu;
+use super::compiled::{CompiledFrame, texel_bytes};
+use super::context::Gpu;
+use super::device::Device;
 use super::markers::Markers;
-use super::pipeline::{self, Pipeline};
 use super::recorder;
-use super::resources::{MemoryUse, Physical, Resources, aspect};
+use super::resources::{MemoryUse, aspect};
 use super::scene_set::SceneSet;
 use super::target::{FRAMES_IN_FLIGHT, Shown};
 use super::timers::Timers;
 use super::transfer;
-use super::work::{RasterWork, Work};
-use crate::error::{Error, Result};
-use crate::graph::{Access, BufferHandle, Graph, Handle, ImageHandle, Pass, Plan, ResourceInfo, Use, plan};
+use super::work::Work;
+use crate::error::Result;
+use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Lifetime, Plan};
+
+/// Bytes that one command may write to a buffer.
+const UPDATE_BYTES: usize = 65_536;
 
 /// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
 /// `tools/bench honesty` compares the timestamps with.
 const SPLIT_SUBMITS: &str = "GRIDLIGHT_SPLIT_SUBMITS";
-
-/// A pass ready to record.
-pub(super) struct CompiledPass {
-    pub pipelines: Vec<Arc<Pipeline>>,
-    pub sets: Sets,
-}
 
 /// What the GPU said about one finished frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,13 +69,12 @@ pub(super) struct Slot {
     pub(super) more_commands: Vec<vk::CommandBuffer>,
 }
 
+/// Semaphores of a submission.
+pub(super) type Semaphores = Vec<vk::SemaphoreSubmitInfo<'static>>;
+
 /// A compiled frame graph.
 pub struct Executor {
-    pub(super) graph: Graph<Work>,
-    pub(super) plan: Plan,
-    pub(super) resources: Resources,
-    pub(super) passes: Vec<CompiledPass>,
-    pub(super) scene: Option<Arc<SceneSet>>,
+    pub(super) frame: CompiledFrame,
     pub(super) slots: Vec<Slot>,
     pub(super) command_pool: vk::CommandPool,
     timeline: vk::Semaphore,
@@ -90,7 +86,7 @@ pub struct Executor {
     pub(super) light_update: Option<Vec<u8>>,
     pub(super) submitted: u64,
     pub(super) split_submits: bool,
-    pub(super) gpu: Arc<Gpu>,
+    pub(super) gpu: Arc<Device>,
 }
 
 impl Executor {
@@ -99,19 +95,14 @@ impl Executor {
     /// # Errors
     /// When the graph is wrong (a bug of ours), or the device runs out of memory.
     pub fn new(gpu: &Arc<Gpu>, graph: Graph<Work>, scene: Option<Arc<SceneSet>>) -> Result<Self> {
-        let mut plan = plan(&graph).map_err(|e| Error::Failure(format!("frame graph: {e}")))?;
-        let resources = Resources::new(gpu, &graph, &mut plan)?;
+        let frame = CompiledFrame::new(gpu, graph, scene)?;
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
             .queue_family_index(gpu.queue_family);
         // SAFETY: valid create info; destroyed in `drop`.
         let command_pool = check("the command pool", unsafe { gpu.device.create_command_pool(&info, None) })?;
         let mut executor = Self {
-            graph,
-            plan,
-            resources,
-            passes: Vec::new(),
-            scene,
+            frame,
             slots: Vec::new(),
             command_pool,
             timeline: vk::Semaphore::null(),
@@ -124,30 +115,25 @@ impl Executor {
         };
         executor.timeline = create_timeline(gpu)?;
         executor.create_slots()?;
-        for index in 0..executor.graph.passes().len() {
-            let pass = executor.compile_pass(index)?;
-            executor.passes.push(pass);
-        }
-        executor.initial_layouts()?;
         Ok(executor)
     }
 
     /// The graph as built.
     #[must_use]
     pub fn graph(&self) -> &Graph<Work> {
-        &self.graph
+        &self.frame.graph
     }
 
     /// The barrier plan in use.
     #[must_use]
     pub fn plan(&self) -> &Plan {
-        &self.plan
+        &self.frame.plan
     }
 
     /// Memory of the frame's resources.
     #[must_use]
     pub fn memory(&self) -> MemoryUse {
-        self.resources.memory
+        self.frame.resources.memory
     }
 
     /// Records and submits one frame. Blocks only when both frames in flight are still busy.
@@ -164,7 +150,7 @@ impl Executor {
         let value = self.submitted + 1;
         self.wait_value(self.slots[slot].busy_until)?;
         let submitted = Instant::now();
-        self.resources.use_slot(slot);
+        self.frame.resources.use_slot(slot);
         self.slots[slot].split_ms = Vec::new();
         let (waits, signals) = shown.as_ref().map_or_else(Default::default, |shown| self.window_semaphores(shown));
         if self.split_submits && shown.is_none() {
@@ -176,6 +162,42 @@ impl Executor {
         self.light_update = None;
         self.queue_with(slot, value, &waits, &signals)?;
         Ok(FrameTicket { value, submitted })
+    }
+
+    /// Records and submits one frame into an acquired image. Blocks only when both frames in flight are still busy.
+    ///
+    /// # Errors
+    /// When the device is lost, and those of the overlay.
+    pub fn submit_to(&mut self, frame_data: &[u8], shown: &mut Shown<'_>) -> Result<FrameTicket> {
+        self.frame.resources.acquired(&self.frame.graph, Some(shown));
+        let submitted = self.submit_frame(frame_data, Some(shown));
+        self.frame.resources.acquired(&self.frame.graph, None);
+        submitted
+    }
+
+    /// What a frame waits for and what it signals: the graph that takes the image first waits for it, and the one that
+    /// leaves it ready to be shown says so.
+    pub(super) fn window_semaphores(&self, shown: &Shown<'_>) -> (Semaphores, Semaphores) {
+        let begins = self.frame.graph.resources().iter().any(|resource| resource.lifetime == Lifetime::Acquired);
+        let mut uses = self.frame.graph.passes().iter().flat_map(|pass| &pass.uses);
+        let ends = uses.any(|used| used.access == Access::Present);
+        let waits = begins.then(|| shown.target.wait_info()).into_iter().collect();
+        (waits, ends.then(|| shown.target.signal_info()).into_iter().collect())
+    }
+
+    /// Writes the start of the scene's lights with the next frame, after what earlier frames read of them. No more
+    /// than [`UPDATE_BYTES`] are taken.
+    pub fn update_lights(&mut self, mut bytes: Vec<u8>) {
+        bytes.truncate(UPDATE_BYTES);
+        self.light_update = Some(bytes);
+    }
+
+    pub(super) fn record_scene_update(&self, commands: vk::CommandBuffer) {
+        let (Some(bytes), Some(scene)) = (&self.light_update, &self.frame.scene) else { return };
+        transfer::full_barrier(&self.gpu, commands);
+        // SAFETY: the lights' buffer is a transfer destination and larger than what is written to it.
+        unsafe { self.gpu.device.cmd_update_buffer(commands, scene.lights().raw, 0, bytes) };
+        transfer::full_barrier(&self.gpu, commands);
     }
 
     /// Whether a frame has completed.
@@ -229,7 +251,7 @@ impl Executor {
         let cpu_ms = ticket.submitted.elapsed().as_secs_f64() * 1e3;
         let slot = &self.slots[(ticket.value - 1) as usize % self.slots.len()];
         let pass_ms = if slot.split_ms.is_empty() { slot.timers.read_ms()? } else { slot.split_ms.clone() };
-        let readback = self.resources.read_back((ticket.value - 1) as usize % self.slots.len());
+        let readback = self.frame.resources.read_back((ticket.value - 1) as usize % self.slots.len());
         self.last_ms.clone_from(&pass_ms);
         Ok(FrameResult { pass_ms, cpu_ms, readback })
     }
@@ -240,7 +262,7 @@ impl Executor {
     /// When the device is lost or has no memory.
     pub fn write_buffer(&self, buffer: BufferHandle, bytes: &[u8]) -> Result<()> {
         self.gpu.wait_idle()?;
-        transfer::upload_raw(&self.gpu, self.resources.buffer(buffer).0, bytes)
+        transfer::upload_raw(&self.gpu, self.frame.resources.buffer(buffer).0, bytes)
     }
 
     /// Contents of a buffer after the last frame; waits. Transient contents survive only until their memory is
@@ -249,7 +271,7 @@ impl Executor {
     /// # Errors
     /// When the device is lost or has no memory.
     pub fn read_buffer(&self, buffer: BufferHandle) -> Result<Vec<u8>> {
-        let (raw, size) = self.resources.buffer(buffer);
+        let (raw, size) = self.frame.resources.buffer(buffer);
         transfer::download_buffer(&self.gpu, raw, size)
     }
 
@@ -258,17 +280,10 @@ impl Executor {
     /// # Errors
     /// When the device is lost or has no memory.
     pub fn read_image(&self, image: ImageHandle) -> Result<Vec<u8>> {
-        let (raw, _, info) = self.resources.image(image);
-        let layout = self.final_layout(image);
+        let (raw, _, info) = self.frame.resources.image(image);
+        let layout = self.frame.final_layout(image);
         let extent = [info.width_px, info.height_px];
         transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))
-    }
-
-    /// Layout in which the frame leaves an image: that of its last use.
-    fn final_layout(&self, image: ImageHandle) -> vk::ImageLayout {
-        let mut uses = self.graph.passes().iter().rev().flat_map(|p| &p.uses).filter(|u| u.resource == image.into());
-        let kind = self.graph.resources()[Handle::from(image).index()].info.kind();
-        uses.next().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.sync(kind).layout)
     }
 
     pub(super) fn wait_value(&self, value: u64) -> Result<()> {
@@ -282,7 +297,7 @@ impl Executor {
     }
 
     pub(super) fn explain<T>(&self, slot: usize, value: u64, result: Result<T>) -> Result<T> {
-        let names: Vec<&str> = self.graph.passes().iter().map(|p| p.name.as_str()).collect();
+        let names: Vec<&str> = self.frame.graph.passes().iter().map(|p| p.name.as_str()).collect();
         self.slots[slot].markers.explain(result, &names, value as u32)
     }
 
@@ -313,9 +328,9 @@ impl Executor {
         }
         for index in passes {
             slot.markers.reach(commands, index, stamp);
-            match (&self.graph.passes()[index].payload, shown.as_mut()) {
-                (Work::Overlay, Some(shown)) => recorder::record_overlay(self, commands, index, shown)?,
-                _ => recorder::record_pass(self, commands, index, frame_data),
+            match (&self.frame.graph.passes()[index].payload, shown.as_mut()) {
+                (Work::Overlay, Some(shown)) => recorder::record_overlay(&self.frame, commands, index, shown)?,
+                _ => recorder::record_pass(&self.frame, commands, index, frame_data),
             }
             slot.timers.after_pass(commands, index);
         }
@@ -334,10 +349,10 @@ impl Executor {
         let run = |index| {
             self.submit_and_wait(slot, |commands| {
                 self.slots[slot].markers.reach(commands, index, stamp);
-                recorder::record_pass(self, commands, index, frame_data);
+                recorder::record_pass(&self.frame, commands, index, frame_data);
             })
         };
-        (0..self.passes.len()).map(run).collect()
+        (0..self.frame.passes.len()).map(run).collect()
     }
 
     /// Submits what `record` puts into the slot's command buffer and waits; milliseconds from submission to completion.
@@ -364,7 +379,7 @@ impl Executor {
             .command_buffer_count(FRAMES_IN_FLIGHT as u32);
         // SAFETY: the pool is alive.
         let commands = check("command buffers", unsafe { self.gpu.device.allocate_command_buffers(&info) })?;
-        let pass_count = self.graph.passes().len();
+        let pass_count = self.frame.graph.passes().len();
         for commands in commands {
             let timers = Timers::new(&self.gpu, pass_count)?;
             let markers = Markers::new(&self.gpu, pass_count)?;
@@ -379,91 +394,15 @@ impl Executor {
         }
         Ok(())
     }
-
-    /// Persistent images get the layout that the first frame expects, once.
-    fn initial_layouts(&self) -> Result<()> {
-        transfer::submit_once(&self.gpu, |commands| {
-            for (image, layout) in &self.plan.initial {
-                let (raw, _, info) = self.resources.image(*image);
-                let undefined = vk::ImageLayout::UNDEFINED;
-                transfer::image_layout(&self.gpu, commands, raw, aspect(&info), undefined, *layout);
-            }
-        })
-    }
-
-    fn compile_pass(&self, index: usize) -> Result<CompiledPass> {
-        let pass = &self.graph.passes()[index];
-        let stages = match pass.payload {
-            Work::Compute(_) => vk::ShaderStageFlags::COMPUTE,
-            _ => vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
-        };
-        let sets = Sets::new(&self.gpu, &pass.name, stages, &[self.bindings(pass)])?;
-        let pipelines = match &pass.payload {
-            Work::Compute(work) => {
-                let layouts = self.set_layouts(&sets, work.uses_scene, false)?;
-                let words = work.push.len() + if work.repeat.is_some() { 2 } else { 0 };
-                vec![pipeline::compute(&self.gpu, &work.shader, &work.constants, words, &layouts)?]
-            }
-            Work::Raster(work) => self.raster_pipelines(work, &sets)?,
-            Work::Transfer(_) | Work::Overlay => Vec::new(),
-        };
-        Ok(CompiledPass { pipelines, sets })
-    }
-
-    fn raster_pipelines(&self, work: &RasterWork, sets: &Sets) -> Result<Vec<Arc<Pipeline>>> {
-        let formats: Vec<_> = work.colors.iter().map(|c| self.resources.image(c.image).2.format).collect();
-        let depth = work.depth.map_or(vk::Format::UNDEFINED, |d| self.resources.image(d.image).2.format);
-        let layouts = self.set_layouts(sets, work.uses_scene, true)?;
-        let draws = work.draws.iter();
-        draws.map(|draw| pipeline::graphics(&self.gpu, draw, &formats, depth, &layouts)).collect()
-    }
-
-    fn set_layouts<'a>(&'a self, sets: &'a Sets, uses_scene: bool, raster: bool) -> Result<Vec<&'a Sets>> {
-        let mut layouts = vec![sets];
-        if uses_scene {
-            let scene = self.scene.as_ref().ok_or_else(|| Error::Failure("a pass needs a scene".to_owned()))?;
-            layouts.push(&scene.scene);
-            if raster {
-                layouts.push(&scene.materials);
-            }
-        }
-        Ok(layouts)
-    }
-
-    fn bindings(&self, pass: &Pass<Work>) -> Vec<(u32, Bound)> {
-        let bound = |access: Access, physical: Physical| match physical {
-            Physical::Buffer { raw, size_bytes } => match access {
-                Access::ComputeUniform | Access::GraphicsUniform => Bound::Uniform { buffer: raw, size_bytes },
-                _ => Bound::Storage { buffer: raw, size_bytes },
-            },
-            Physical::Image { view, info, .. } => match access {
-                Access::ComputeSampled | Access::FragmentSampled | Access::DepthAttachmentReadSampled => {
-                    Bound::SampledImage { view, layout: access.sync(ResourceInfo::Image(info).kind()).layout }
-                }
-                _ => Bound::StorageImage { view },
-            },
-        };
-        let physical = |u: &Use| self.resources.list[u.resource.index()];
-        pass.uses.iter().filter_map(|u| Some((u.binding?, bound(u.access, physical(u))))).collect()
-    }
 }
 
-fn create_timeline(gpu: &Gpu) -> Result<vk::Semaphore> {
+fn create_timeline(gpu: &Device) -> Result<vk::Semaphore> {
     let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
     let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
     // SAFETY: timeline semaphores are required by the baseline; destroyed with the executor.
     let semaphore = check("the timeline", unsafe { gpu.device.create_semaphore(&info, None) })?;
     gpu.set_name(semaphore, "frame timeline");
     Ok(semaphore)
-}
-
-/// Bytes per texel of the formats the frame uses.
-pub(super) fn texel_bytes(format: vk::Format) -> u64 {
-    match format {
-        vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
-        vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_UINT => 8,
-        _ => 4,
-    }
 }
 
 impl Drop for Executor {

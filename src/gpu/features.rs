@@ -5,6 +5,7 @@ use std::ffi::CStr;
 use ash::{khr, vk};
 
 use super::instance::Instance;
+use crate::error::Result;
 
 /// Optional features. Each has a tested fallback; none is assumed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,6 +108,15 @@ pub(super) fn queue_family(instance: &ash::Instance, device: vk::PhysicalDevice)
     let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
     let index = families.iter().position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)?;
     u32::try_from(index).ok()
+}
+
+/// Every physical device with what it offers, in the order `--gpu INDEX` counts them.
+///
+/// # Errors
+/// [`Error::NoDevice`](crate::Error::NoDevice) without a loader or driver.
+pub fn list_gpus() -> Result<Vec<DeviceReport>> {
+    let instance = Instance::new(false)?;
+    Ok(instance.physical_devices()?.into_iter().map(|device| report(&instance, device)).collect())
 }
 
 /// Examines one physical device.

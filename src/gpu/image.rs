@@ -7,7 +7,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::check;
-use super::device::Gpu;
+use super::device::Device;
 use crate::error::{Error, Result};
 
 /// A sampled image that owns its memory, with a view of all of it.
@@ -15,7 +15,7 @@ pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     allocation: Option<Allocation>,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 /// Shape of a sampled image.
@@ -42,7 +42,7 @@ impl Image {
     ///
     /// # Errors
     /// [`Error::Memory`] when there is no memory for it.
-    pub fn texture(gpu: &Arc<Gpu>, name: &str, info: TextureInfo) -> Result<Self> {
+    pub fn texture(gpu: &Arc<Device>, name: &str, info: TextureInfo) -> Result<Self> {
         let read_back = if info.read_back { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
@@ -84,7 +84,7 @@ impl Image {
     }
 }
 
-fn create_view(gpu: &Gpu, name: &str, raw: vk::Image, info: &TextureInfo) -> Result<vk::ImageView> {
+fn create_view(gpu: &Device, name: &str, raw: vk::Image, info: &TextureInfo) -> Result<vk::ImageView> {
     let view = vk::ImageViewCreateInfo::default()
         .image(raw)
         .view_type(if info.array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D })

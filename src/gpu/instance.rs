@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex};
 use ash::{ext, vk};
 
 use super::check;
-use super::features::{self, DeviceReport};
 use crate::error::{Error, Result};
 
 /// What to do when no Vulkan loader or driver is found.
@@ -95,15 +94,6 @@ impl Drop for Instance {
             self.raw.destroy_instance(None);
         }
     }
-}
-
-/// Every physical device with what it offers, in the order `--gpu INDEX` counts them.
-///
-/// # Errors
-/// [`Error::NoDevice`] without a loader or driver.
-pub fn list_gpus() -> Result<Vec<DeviceReport>> {
-    let instance = Instance::new(false)?;
-    Ok(instance.physical_devices()?.into_iter().map(|device| features::report(&instance, device)).collect())
 }
 
 fn require_instance_version(entry: &ash::Entry) -> Result<()> {

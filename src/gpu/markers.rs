@@ -6,17 +6,17 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::buffer::Buffer;
-use super::device::Gpu;
+use super::device::Device;
 use crate::error::{Error, Result};
 
 /// The marker words of one frame in flight.
 pub(super) struct Markers {
     buffer: Buffer,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 impl Markers {
-    pub fn new(gpu: &Arc<Gpu>, pass_count: usize) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, pass_count: usize) -> Result<Self> {
         let size = 4 * pass_count.max(1) as u64;
         let mut buffer = Buffer::host(gpu, "crash markers", size, vk::BufferUsageFlags::TRANSFER_DST)?;
         buffer.mapped_mut().fill(0);

@@ -4,6 +4,8 @@ mod acceleration;
 mod batches;
 mod buffer;
 mod capture;
+mod compiled;
+mod context;
 mod descriptors;
 mod device;
 mod executor;
@@ -31,11 +33,12 @@ mod work;
 
 pub use buffer::Buffer;
 pub use capture::FrameCapture;
-pub use device::{Gpu, GpuOptions, ValidationLog};
+pub use context::Gpu;
+pub use device::{Device, GpuOptions, ValidationLog};
 pub use executor::{Executor, FrameResult, FrameTicket};
-pub use features::{DeviceReport, OptionalFeatures};
+pub use features::{DeviceReport, OptionalFeatures, list_gpus};
 pub use image::Image;
-pub use instance::{Instance, list_gpus};
+pub use instance::Instance;
 #[cfg(feature = "window")]
 pub use panel::{PanelPainter, PanelPicture};
 pub use readback::{SceneBytes, Written};

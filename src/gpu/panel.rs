@@ -8,7 +8,7 @@ use egui_ash_renderer::allocator::GpuAllocator;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError};
 
 use super::check;
-use super::device::Gpu;
+use super::device::Device;
 use super::swapchain::is_srgb;
 use super::target::FRAMES_IN_FLIGHT;
 use crate::error::{Error, Result};
@@ -30,7 +30,7 @@ pub struct PanelPainter {
     command_pool: vk::CommandPool,
     /// Textures that the last picture may still have used.
     retired: Vec<egui::TextureId>,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 impl PanelPainter {
@@ -38,7 +38,7 @@ impl PanelPainter {
     ///
     /// # Errors
     /// When the device has no memory.
-    pub fn new(gpu: &Arc<Gpu>, format: vk::Format) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, format: vk::Format) -> Result<Self> {
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::TRANSIENT)
             .queue_family_index(gpu.queue_family);

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::check;
 use super::descriptors::Sets;
-use super::device::Gpu;
+use super::device::Device;
 use super::work::{RasterDraw, RasterState};
 use crate::error::Result;
 use crate::scene::Vertex;
@@ -18,18 +18,47 @@ pub(super) struct Pipeline {
     pub raw: vk::Pipeline,
     pub layout: vk::PipelineLayout,
     pub push_stages: vk::ShaderStageFlags,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 /// Pipelines that some frame still has, by everything that they are made of: a frame of another size, and the one
 /// before it, share them. Drivers that compile shaders at their first use do so once.
-#[derive(Default)]
-pub(super) struct PipelineCache(Mutex<HashMap<String, Weak<Pipeline>>>);
+pub(super) struct Pipelines {
+    known: Mutex<HashMap<String, Weak<Pipeline>>>,
+    gpu: Arc<Device>,
+}
 
-impl PipelineCache {
+impl Pipelines {
+    pub fn new(gpu: &Arc<Device>) -> Self {
+        Self { known: Mutex::default(), gpu: Arc::clone(gpu) }
+    }
+
+    /// A compute pipeline.
+    pub fn compute(&self, shader: &str, constants: &[u32], push_words: usize, sets: &[&Sets]) -> Result<Arc<Pipeline>> {
+        let source = spirv::replaced_hash(shader);
+        let description = format!("{shader} {source:?} {constants:?} {push_words} {}", describe(sets));
+        self.find(description, || create_compute(&self.gpu, shader, constants, push_words, &raw_layouts(sets)))
+    }
+
+    /// A graphics pipeline for dynamic rendering into the given formats.
+    pub fn graphics(
+        &self,
+        draw: &RasterDraw,
+        color_formats: &[vk::Format],
+        depth_format: vk::Format,
+        sets: &[&Sets],
+    ) -> Result<Arc<Pipeline>> {
+        let RasterDraw { vertex, fragment, constants, push, state, .. } = draw;
+        let words = push.len();
+        let sources = [vertex, fragment].map(|name| (name, spirv::replaced_hash(name)));
+        let formats = format!("{color_formats:?} {depth_format:?}");
+        let description = format!("{sources:?} {constants:?} {words} {state:?} {formats} {}", describe(sets));
+        self.find(description, || compile_graphics(&self.gpu, draw, color_formats, depth_format, &raw_layouts(sets)))
+    }
+
     /// The pipeline of this description, made by `create` when there is none.
     fn find(&self, description: String, create: impl FnOnce() -> Result<Pipeline>) -> Result<Arc<Pipeline>> {
-        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(pipeline) = known.get(&description).and_then(Weak::upgrade) {
             return Ok(pipeline);
         }
@@ -62,11 +91,11 @@ impl Drop for Pipeline {
 /// A shader module for the duration of a pipeline's creation.
 struct Module<'a> {
     raw: vk::ShaderModule,
-    gpu: &'a Gpu,
+    gpu: &'a Device,
 }
 
 impl<'a> Module<'a> {
-    fn new(gpu: &'a Gpu, name: &str) -> Result<Self> {
+    fn new(gpu: &'a Device, name: &str) -> Result<Self> {
         let words = spirv::words(name)?;
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are SPIR-V produced by the project's own compiler run.
@@ -84,7 +113,7 @@ impl Drop for Module<'_> {
 }
 
 fn layout(
-    gpu: &Gpu,
+    gpu: &Device,
     name: &str,
     sets: &[vk::DescriptorSetLayout],
     push_words: usize,
@@ -104,21 +133,8 @@ fn specialization_entries(count: usize) -> Vec<vk::SpecializationMapEntry> {
     (0..count as u32).map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 }).collect()
 }
 
-/// A compute pipeline.
-pub(super) fn compute(
-    gpu: &Arc<Gpu>,
-    shader: &str,
-    constants: &[u32],
-    push_words: usize,
-    sets: &[&Sets],
-) -> Result<Arc<Pipeline>> {
-    let source = spirv::replaced_hash(shader);
-    let description = format!("{shader} {source:?} {constants:?} {push_words} {}", describe(sets));
-    gpu.pipelines.find(description, || create_compute(gpu, shader, constants, push_words, &raw_layouts(sets)))
-}
-
 fn create_compute(
-    gpu: &Arc<Gpu>,
+    gpu: &Arc<Device>,
     shader: &str,
     constants: &[u32],
     push_words: usize,
@@ -143,24 +159,8 @@ fn create_compute(
     Ok(pipeline)
 }
 
-/// A graphics pipeline for dynamic rendering into the given formats.
-pub(super) fn graphics(
-    gpu: &Arc<Gpu>,
-    draw: &RasterDraw,
-    color_formats: &[vk::Format],
-    depth_format: vk::Format,
-    sets: &[&Sets],
-) -> Result<Arc<Pipeline>> {
-    let RasterDraw { vertex, fragment, constants, push, state, .. } = draw;
-    let words = push.len();
-    let sources = [vertex, fragment].map(|name| (name, spirv::replaced_hash(name)));
-    let formats = format!("{color_formats:?} {depth_format:?}");
-    let description = format!("{sources:?} {constants:?} {words} {state:?} {formats} {}", describe(sets));
-    gpu.pipelines.find(description, || compile_graphics(gpu, draw, color_formats, depth_format, &raw_layouts(sets)))
-}
-
 fn compile_graphics(
-    gpu: &Arc<Gpu>,
+    gpu: &Arc<Device>,
     draw: &RasterDraw,
     color_formats: &[vk::Format],
     depth_format: vk::Format,
@@ -187,7 +187,7 @@ fn compile_graphics(
 }
 
 fn create_graphics(
-    gpu: &Gpu,
+    gpu: &Device,
     draw: &RasterDraw,
     stages: &[vk::PipelineShaderStageCreateInfo<'_>],
     layout: vk::PipelineLayout,

@@ -5,13 +5,15 @@
 
 use std::sync::Arc;
 
-use super::executor::{Executor, texel_bytes};
+use super::buffer::Buffer;
+use super::compiled::texel_bytes;
+use super::device::Device;
+use super::executor::Executor;
 use super::recorder;
 use super::resources::{Physical, aspect};
 use super::scene_set::SceneSet;
 use super::transfer;
 use super::work::{TransferOp, Work};
-use super::{Gpu, buffer::Buffer};
 use crate::error::Result;
 use crate::graph::{Access, Handle, ResourceInfo, Use};
 
@@ -49,7 +51,7 @@ impl Executor {
         self.gpu.wait_idle()?;
         let value = self.submitted + 1;
         let slot = 0;
-        for index in 0..self.graph.passes().len() {
+        for index in 0..self.frame.graph.passes().len() {
             let ran = self.run_alone(slot, value as u32, index, frame_data);
             self.explain(slot, value, ran)?;
             let written = self.shown_after(index).into_iter().map(|used| self.read_after(used));
@@ -64,14 +66,14 @@ impl Executor {
         let Some(repeat) = self.repeat_of(index) else {
             self.submit_and_wait(slot, |commands| {
                 reach(commands);
-                recorder::record_pass(self, commands, index, frame_data);
+                recorder::record_pass(&self.frame, commands, index, frame_data);
             })?;
             return Ok(());
         };
         for i in 0..repeat.count() {
             self.submit_and_wait(slot, |commands| {
                 reach(commands);
-                recorder::record_repetitions(self, commands, index, i..i + 1);
+                recorder::record_repetitions(&self.frame, commands, index, i..i + 1);
             })?;
         }
         Ok(())
@@ -80,7 +82,7 @@ impl Executor {
     /// The uses of a pass whose contents tell something: what it writes, but of what it clears only that which
     /// no later pass writes, and no image that the next pass goes on with.
     fn shown_after(&self, index: usize) -> Vec<Use> {
-        let passes = self.graph.passes();
+        let passes = self.frame.graph.passes();
         let pass = &passes[index];
         let written_later =
             |resource: Handle| passes[index + 1..].iter().flat_map(|p| &p.uses).any(|u| writes(u, resource));
@@ -91,7 +93,7 @@ impl Executor {
             _ => false,
         };
         let continued = |resource: Handle| {
-            let image = matches!(self.graph.resources()[resource.index()].info, ResourceInfo::Image(_));
+            let image = matches!(self.frame.graph.resources()[resource.index()].info, ResourceInfo::Image(_));
             let mut next = passes.get(index + 1).into_iter().flat_map(|p| &p.uses);
             image && next.any(|u| u.resource == resource && u.access == Access::ComputeReadWrite)
         };
@@ -108,10 +110,10 @@ impl Executor {
 
     fn read_after(&self, used: Use) -> Result<Written> {
         let resource = used.resource.index();
-        let bytes = match self.resources.list[resource] {
+        let bytes = match self.frame.resources.list[resource] {
             Physical::Buffer { raw, size_bytes } => transfer::download_buffer(&self.gpu, raw, size_bytes)?,
             Physical::Image { raw, info, .. } => {
-                let layout = used.access.sync(self.graph.resources()[resource].info.kind()).layout;
+                let layout = used.access.sync(self.frame.graph.resources()[resource].info.kind()).layout;
                 let extent = [info.width_px, info.height_px];
                 transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))?
             }
@@ -129,7 +131,7 @@ impl SceneSet {
     ///
     /// # Errors
     /// When the device is lost or has no memory.
-    pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<SceneBytes> {
+    pub fn read_back(&self, gpu: &Arc<Device>) -> Result<SceneBytes> {
         let read = |buffer: &Buffer| transfer::download_buffer(gpu, buffer.raw, buffer.size_bytes);
         let [materials, lights] = &self.buffers;
         Ok(SceneBytes { triangles: self.triangles.read_back(gpu)?, materials: read(materials)?, lights: read(lights)? })

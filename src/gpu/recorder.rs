@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use ash::vk;
 
-use super::executor::{CompiledPass, Executor};
+use super::compiled::{CompiledFrame, CompiledPass};
 use super::pipeline::Pipeline;
 use super::resources::{Physical, whole_image};
 use super::target::Shown;
@@ -13,35 +13,35 @@ use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, Trans
 use crate::error::Result;
 use crate::graph::{Barrier, Handle};
 
-/// Records pass `index` of the executor's graph, with all its repetitions.
-pub(super) fn record_pass(executor: &Executor, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
-    let pass = &executor.graph.passes()[index];
+/// Records pass `index` of the frame's graph, with all its repetitions.
+pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
+    let pass = &frame.graph.passes()[index];
     if let Work::Compute(ComputeWork { repeat: Some(repeat), .. }) = &pass.payload {
-        record_repetitions(executor, commands, index, 0..repeat.count());
+        record_repetitions(frame, commands, index, 0..repeat.count());
         return;
     }
-    begin_label(executor, commands, &pass.name);
-    barriers(executor, commands, &executor.plan.passes[index].barriers);
-    let compiled = &executor.passes[index];
+    begin_label(frame, commands, &pass.name);
+    barriers(frame, commands, &frame.plan.passes[index].barriers);
+    let compiled = &frame.passes[index];
     match &pass.payload {
-        Work::Compute(work) => compute(executor, commands, compiled, work, &work.push),
-        Work::Raster(work) => raster(executor, commands, compiled, work),
-        Work::Transfer(ops) => ops.iter().for_each(|op| transfer(executor, commands, op, frame_data)),
+        Work::Compute(work) => compute(frame, commands, compiled, work, &work.push),
+        Work::Raster(work) => raster(frame, commands, compiled, work),
+        Work::Transfer(ops) => ops.iter().for_each(|op| transfer(frame, commands, op, frame_data)),
         Work::Overlay => {}
     }
-    end_label(executor, commands);
+    end_label(frame, commands);
 }
 
 /// Records the pass that draws over the finished frame.
 pub(super) fn record_overlay(
-    executor: &Executor,
+    frame: &CompiledFrame,
     commands: vk::CommandBuffer,
     index: usize,
     shown: &mut Shown<'_>,
 ) -> Result<()> {
     let target = shown.target;
-    begin_label(executor, commands, &executor.graph.passes()[index].name);
-    barriers(executor, commands, &executor.plan.passes[index].barriers);
+    begin_label(frame, commands, &frame.graph.passes()[index].name);
+    barriers(frame, commands, &frame.plan.passes[index].barriers);
     let color = [vk::RenderingAttachmentInfo::default()
         .image_view(target.view)
         .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
@@ -50,50 +50,50 @@ pub(super) fn record_overlay(
     let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: target.extent };
     let info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color);
     // SAFETY: the plan has brought the image to this layout; the scope is ended below.
-    unsafe { executor.gpu.device.cmd_begin_rendering(commands, &info) };
+    unsafe { frame.gpu.device.cmd_begin_rendering(commands, &info) };
     let drawn = (shown.overlay)(commands, target.extent);
     // SAFETY: ends the scope begun above.
-    unsafe { executor.gpu.device.cmd_end_rendering(commands) };
-    end_label(executor, commands);
+    unsafe { frame.gpu.device.cmd_end_rendering(commands) };
+    end_label(frame, commands);
     drawn
 }
 
 /// Records some of the repetitions of a repeated pass; those before them must have been recorded earlier.
 pub(super) fn record_repetitions(
-    executor: &Executor,
+    frame: &CompiledFrame,
     commands: vk::CommandBuffer,
     index: usize,
     repetitions: Range<u32>,
 ) {
-    let pass = &executor.graph.passes()[index];
+    let pass = &frame.graph.passes()[index];
     let Work::Compute(work @ ComputeWork { repeat: Some(repeat), .. }) = &pass.payload else { return };
-    let planned = &executor.plan.passes[index];
-    begin_label(executor, commands, &pass.name);
+    let planned = &frame.plan.passes[index];
+    begin_label(frame, commands, &pass.name);
     for i in repetitions {
-        barriers(executor, commands, if i == 0 { &planned.barriers } else { &planned.between });
+        barriers(frame, commands, if i == 0 { &planned.barriers } else { &planned.between });
         let words = [work.push.as_slice(), &[i / repeat.parts, i % repeat.parts]].concat();
-        compute(executor, commands, &executor.passes[index], work, &words);
+        compute(frame, commands, &frame.passes[index], work, &words);
     }
-    end_label(executor, commands);
+    end_label(frame, commands);
 }
 
-fn begin_label(executor: &Executor, commands: vk::CommandBuffer, name: &str) {
-    if let (Some(debug), Ok(name)) = (&executor.gpu.debug, CString::new(name)) {
+fn begin_label(frame: &CompiledFrame, commands: vk::CommandBuffer, name: &str) {
+    if let (Some(debug), Ok(name)) = (&frame.gpu.debug, CString::new(name)) {
         let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
         // SAFETY: recording; every label is ended in `end_label`.
         unsafe { debug.cmd_begin_debug_utils_label(commands, &label) };
     }
 }
 
-fn end_label(executor: &Executor, commands: vk::CommandBuffer) {
-    if let Some(debug) = &executor.gpu.debug {
+fn end_label(frame: &CompiledFrame, commands: vk::CommandBuffer) {
+    if let Some(debug) = &frame.gpu.debug {
         // SAFETY: ends the label begun in `begin_label`.
         unsafe { debug.cmd_end_debug_utils_label(commands) };
     }
 }
 
 /// One `vkCmdPipelineBarrier2` with everything the plan asks for before this pass.
-fn barriers(executor: &Executor, commands: vk::CommandBuffer, planned: &[Barrier]) {
+fn barriers(frame: &CompiledFrame, commands: vk::CommandBuffer, planned: &[Barrier]) {
     let mut buffers = Vec::new();
     let mut images = Vec::new();
     // Where transients share memory, a barrier of one resource says nothing about the other's bytes: the
@@ -104,7 +104,7 @@ fn barriers(executor: &Executor, commands: vk::CommandBuffer, planned: &[Barrier
         global.src_access_mask |= barrier.src_access;
         global.dst_stage_mask |= barrier.dst_stage;
         global.dst_access_mask |= barrier.dst_access;
-        match executor.resources.list[barrier.resource.index()] {
+        match frame.resources.list[barrier.resource.index()] {
             Physical::Buffer { raw, .. } => buffers.push(
                 vk::BufferMemoryBarrier2::default()
                     .src_stage_mask(barrier.src_stage)
@@ -135,68 +135,68 @@ fn barriers(executor: &Executor, commands: vk::CommandBuffer, planned: &[Barrier
         .memory_barriers(&global)
         .buffer_memory_barriers(&buffers)
         .image_memory_barriers(&images);
-    // SAFETY: recording outside a rendering scope; all objects belong to the executor.
-    unsafe { executor.gpu.device.cmd_pipeline_barrier2(commands, &info) };
+    // SAFETY: recording outside a rendering scope; all objects belong to the frame.
+    unsafe { frame.gpu.device.cmd_pipeline_barrier2(commands, &info) };
 }
 
 fn compute(
-    executor: &Executor,
+    frame: &CompiledFrame,
     commands: vk::CommandBuffer,
     compiled: &CompiledPass,
     work: &ComputeWork,
     words: &[u32],
 ) {
-    let device = &executor.gpu.device;
+    let device = &frame.gpu.device;
     let pipeline = &compiled.pipelines[0];
     let bind_point = vk::PipelineBindPoint::COMPUTE;
-    bind(executor, commands, compiled, pipeline, bind_point, work.uses_scene);
-    push(executor, commands, pipeline, words);
+    bind(frame, commands, compiled, pipeline, bind_point, work.uses_scene);
+    push(frame, commands, pipeline, words);
     // SAFETY: pipeline and sets are bound; indirect buffers are declared in the graph.
     unsafe {
         match work.dispatch {
             Dispatch::Groups([x, y, z]) => device.cmd_dispatch(commands, x, y, z),
             Dispatch::Indirect { buffer, offset_bytes } => {
-                device.cmd_dispatch_indirect(commands, executor.resources.buffer(buffer).0, offset_bytes);
+                device.cmd_dispatch_indirect(commands, frame.resources.buffer(buffer).0, offset_bytes);
             }
         }
     }
 }
 
 fn bind(
-    executor: &Executor,
+    frame: &CompiledFrame,
     commands: vk::CommandBuffer,
     compiled: &CompiledPass,
     pipeline: &Pipeline,
     bind_point: vk::PipelineBindPoint,
     uses_scene: bool,
 ) {
-    let device = &executor.gpu.device;
+    let device = &frame.gpu.device;
     // SAFETY: pipeline, layout and sets were made for each other in `compile_pass`.
     unsafe {
         device.cmd_bind_pipeline(commands, bind_point, pipeline.raw);
         if !compiled.sets.sets.is_empty() {
             device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 0, &compiled.sets.sets, &[]);
         }
-        if let Some(scene) = executor.scene.as_ref().filter(|_| uses_scene) {
+        if let Some(scene) = frame.scene.as_ref().filter(|_| uses_scene) {
             device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 1, &scene.scene.sets, &[]);
         }
     }
 }
 
-fn push(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipeline, words: &[u32]) {
+fn push(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline, words: &[u32]) {
     if !words.is_empty() {
         let bytes = bytemuck::cast_slice(words);
         // SAFETY: the layout has a range of exactly this size.
         unsafe {
-            executor.gpu.device.cmd_push_constants(commands, pipeline.layout, pipeline.push_stages, 0, bytes);
+            frame.gpu.device.cmd_push_constants(commands, pipeline.layout, pipeline.push_stages, 0, bytes);
         }
     }
 }
 
-fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledPass, work: &RasterWork) {
+fn raster(frame: &CompiledFrame, commands: vk::CommandBuffer, compiled: &CompiledPass, work: &RasterWork) {
     let attachment = |image, layout, clear: Option<vk::ClearValue>, store| {
         vk::RenderingAttachmentInfo::default()
-            .image_view(executor.resources.image(image).1)
+            .image_view(frame.resources.image(image).1)
             .image_layout(layout)
             .load_op(clear.map_or(vk::AttachmentLoadOp::LOAD, |_| vk::AttachmentLoadOp::CLEAR))
             .store_op(store)
@@ -221,7 +221,7 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
         attachment(d.image, layout, clear, store)
     });
     // An acquired image has the size of the window, which the graph does not know.
-    let in_window = window_viewport(executor, work);
+    let in_window = window_viewport(frame, work);
     let [width, height] = in_window.map_or(work.extent_px, |v| [v.width_px as u32, v.height_px as u32]);
     let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
     let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
@@ -229,28 +229,28 @@ fn raster(executor: &Executor, commands: vk::CommandBuffer, compiled: &CompiledP
         info = info.depth_attachment(depth);
     }
     // SAFETY: attachments are in the layouts the plan gave them; the scope is ended below.
-    unsafe { executor.gpu.device.cmd_begin_rendering(commands, &info) };
+    unsafe { frame.gpu.device.cmd_begin_rendering(commands, &info) };
     for (draw, pipeline) in work.draws.iter().zip(&compiled.pipelines) {
-        bind(executor, commands, compiled, pipeline, vk::PipelineBindPoint::GRAPHICS, work.uses_scene);
-        push(executor, commands, pipeline, &draw.push);
-        set_viewport(executor, commands, in_window.unwrap_or(draw.viewport));
-        record_draw(executor, commands, pipeline, draw);
+        bind(frame, commands, compiled, pipeline, vk::PipelineBindPoint::GRAPHICS, work.uses_scene);
+        push(frame, commands, pipeline, &draw.push);
+        set_viewport(frame, commands, in_window.unwrap_or(draw.viewport));
+        record_draw(frame, commands, pipeline, draw);
     }
     // SAFETY: ends the scope begun above.
-    unsafe { executor.gpu.device.cmd_end_rendering(commands) };
+    unsafe { frame.gpu.device.cmd_end_rendering(commands) };
 }
 
 /// Where in the window this frame draws, when that is what the pass draws to.
-fn window_viewport(executor: &Executor, work: &RasterWork) -> Option<Viewport> {
+fn window_viewport(frame: &CompiledFrame, work: &RasterWork) -> Option<Viewport> {
     let target = work.colors.first()?.image;
-    let resource = &executor.graph.resources()[Handle::from(target).index()];
-    let info = executor.resources.image(target).2;
+    let resource = &frame.graph.resources()[Handle::from(target).index()];
+    let info = frame.resources.image(target).2;
     let whole = Viewport::whole(info.width_px, info.height_px);
-    let part = executor.resources.shown_part_px.unwrap_or(whole.scissor_px);
+    let part = frame.resources.shown_part_px.unwrap_or(whole.scissor_px);
     resource.lifetime.is_acquired().then_some(Viewport { scissor_px: part, ..whole })
 }
 
-fn set_viewport(executor: &Executor, commands: vk::CommandBuffer, v: Viewport) {
+fn set_viewport(frame: &CompiledFrame, commands: vk::CommandBuffer, v: Viewport) {
     let viewport =
         vk::Viewport { x: v.x_px, y: v.y_px, width: v.width_px, height: v.height_px, min_depth: 0.0, max_depth: 1.0 };
     let [x, y, width, height] = v.scissor_px;
@@ -258,13 +258,13 @@ fn set_viewport(executor: &Executor, commands: vk::CommandBuffer, v: Viewport) {
         vk::Rect2D { offset: vk::Offset2D { x: x as i32, y: y as i32 }, extent: vk::Extent2D { width, height } };
     // SAFETY: the pipeline has dynamic viewport and scissor.
     unsafe {
-        executor.gpu.device.cmd_set_viewport(commands, 0, &[viewport]);
-        executor.gpu.device.cmd_set_scissor(commands, 0, &[scissor]);
+        frame.gpu.device.cmd_set_viewport(commands, 0, &[viewport]);
+        frame.gpu.device.cmd_set_scissor(commands, 0, &[scissor]);
     }
 }
 
-fn record_draw(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipeline, draw: &RasterDraw) {
-    let device = &executor.gpu.device;
+fn record_draw(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline, draw: &RasterDraw) {
+    let device = &frame.gpu.device;
     // SAFETY: pipeline, sets and dynamic state are bound; indirect buffers are declared in the graph.
     unsafe {
         match draw.call {
@@ -272,9 +272,9 @@ fn record_draw(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipe
                 device.cmd_draw(commands, vertex_count, instance_count, 0, 0);
             }
             DrawCall::Indirect { buffer, offset_bytes } => {
-                device.cmd_draw_indirect(commands, executor.resources.buffer(buffer).0, offset_bytes, 1, 16);
+                device.cmd_draw_indirect(commands, frame.resources.buffer(buffer).0, offset_bytes, 1, 16);
             }
-            DrawCall::Scene => draw_scene(executor, commands, pipeline),
+            DrawCall::Scene => draw_scene(frame, commands, pipeline),
         }
     }
 }
@@ -283,9 +283,9 @@ fn record_draw(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipe
 ///
 /// # Safety
 /// Pipeline, sets 0 and 1 and dynamic state must be bound, inside a rendering scope.
-unsafe fn draw_scene(executor: &Executor, commands: vk::CommandBuffer, pipeline: &Pipeline) {
-    let Some(scene) = &executor.scene else { return };
-    let device = &executor.gpu.device;
+unsafe fn draw_scene(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline) {
+    let Some(scene) = &frame.scene else { return };
+    let device = &frame.gpu.device;
     // SAFETY: buffers are alive; the vertex layout is the pipeline's; sets fit its layout.
     unsafe {
         device.cmd_bind_vertex_buffers(commands, 0, &[scene.vertices.raw], &[0]);
@@ -294,28 +294,28 @@ unsafe fn draw_scene(executor: &Executor, commands: vk::CommandBuffer, pipeline:
             let set = [scene.materials.sets[draw.material as usize]];
             let point = vk::PipelineBindPoint::GRAPHICS;
             device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 2, &set, &[]);
-            push(executor, commands, pipeline, &[draw.material]);
+            push(frame, commands, pipeline, &[draw.material]);
             device.cmd_draw_indexed(commands, draw.index_count, 1, draw.first_index, 0, 0);
         }
     }
 }
 
-fn transfer(executor: &Executor, commands: vk::CommandBuffer, op: &TransferOp, frame_data: &[u8]) {
-    let device = &executor.gpu.device;
+fn transfer(frame: &CompiledFrame, commands: vk::CommandBuffer, op: &TransferOp, frame_data: &[u8]) {
+    let device = &frame.gpu.device;
     // SAFETY: the buffers are alive, large enough and declared as sources or destinations of transfers in the graph.
     unsafe {
         match *op {
             TransferOp::FrameData { buffer } => {
-                device.cmd_update_buffer(commands, executor.resources.buffer(buffer).0, 0, frame_data);
+                device.cmd_update_buffer(commands, frame.resources.buffer(buffer).0, 0, frame_data);
             }
             TransferOp::Fill { buffer, value } => {
-                let raw = executor.resources.buffer(buffer).0;
+                let raw = frame.resources.buffer(buffer).0;
                 device.cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, value);
             }
             TransferOp::Copy { from, to, offset_bytes } => {
-                let (source, size) = executor.resources.buffer(from);
+                let (source, size) = frame.resources.buffer(from);
                 let region = [vk::BufferCopy { src_offset: 0, dst_offset: offset_bytes, size }];
-                device.cmd_copy_buffer(commands, source, executor.resources.buffer(to).0, &region);
+                device.cmd_copy_buffer(commands, source, frame.resources.buffer(to).0, &region);
             }
         }
     }

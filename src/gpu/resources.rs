@@ -8,8 +8,8 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::buffer::Buffer;
 use super::check;
-use super::device::Gpu;
-use super::target::FRAMES_IN_FLIGHT;
+use super::device::Device;
+use super::target::{FRAMES_IN_FLIGHT, Shown};
 use super::work::Work;
 use crate::error::{Error, Result};
 use crate::graph::{
@@ -51,7 +51,7 @@ pub(super) struct Resources {
     /// Buffers of the frames in flight that the host reads, by resource.
     readback: Vec<(usize, Vec<Buffer>)>,
     allocations: Vec<Allocation>,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 /// One memory class: resources that may share memory must agree on it.
@@ -63,7 +63,7 @@ struct Class {
 
 impl Resources {
     /// Creates everything and widens the plan's barriers where memory is shared.
-    pub fn new(gpu: &Arc<Gpu>, graph: &Graph<Work>, plan: &mut Plan) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, graph: &Graph<Work>, plan: &mut Plan) -> Result<Self> {
         let mut resources = Self {
             list: Vec::new(),
             memory: MemoryUse::default(),
@@ -163,6 +163,23 @@ impl Resources {
     /// What the graph's readback buffers hold after a frame that has been waited for, one after the other.
     pub fn read_back(&self, slot: usize) -> Vec<u8> {
         self.readback.iter().flat_map(|(_, buffers)| buffers[slot].mapped()).copied().collect()
+    }
+
+    /// Puts the image of this frame in the place of the graph's acquired one, or takes it out again.
+    pub(super) fn acquired(&mut self, graph: &Graph<Work>, shown: Option<&Shown<'_>>) {
+        self.shown_part_px = shown.and_then(|shown| shown.part_px);
+        for (physical, resource) in self.list.iter_mut().zip(graph.resources()) {
+            if let (true, ResourceInfo::Image(info)) = (resource.lifetime.is_acquired(), resource.info) {
+                *physical = shown.map_or_else(
+                    || Physical::unacquired(info),
+                    |Shown { target, .. }| Physical::Image {
+                        raw: target.image,
+                        view: target.view,
+                        info: ImageInfo { width_px: target.extent.width, height_px: target.extent.height, ..info },
+                    },
+                );
+            }
+        }
     }
 
     fn check_range(&self, name: &str, size_bytes: u64) -> Result<()> {

@@ -9,7 +9,7 @@ use super::acceleration::{Acceleration, BUILD_INPUT};
 use super::buffer::Buffer;
 use super::check;
 use super::descriptors::{Bound, Sets};
-use super::device::Gpu;
+use super::device::Device;
 use super::image::{Image, TextureInfo};
 use super::transfer::{Subresource, upload_buffer, upload_image};
 use super::word_image::WordImage;
@@ -65,7 +65,7 @@ pub struct SceneSet {
 
 struct Sampler {
     raw: vk::Sampler,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 impl Drop for Sampler {
@@ -78,7 +78,7 @@ impl Drop for Sampler {
 impl Sampler {
     /// Trilinear and repeating. Anisotropy only where derivatives exist: with an explicit level of detail
     /// lavapipe 22.3 takes 10 ms for one anisotropic sample.
-    fn new(gpu: &Arc<Gpu>, anisotropy: bool) -> Result<Self> {
+    fn new(gpu: &Arc<Device>, anisotropy: bool) -> Result<Self> {
         let info = vk::SamplerCreateInfo::default()
             .mag_filter(vk::Filter::LINEAR)
             .min_filter(vk::Filter::LINEAR)
@@ -104,7 +104,7 @@ impl SceneSet {
     ///
     /// # Errors
     /// [`Error::Failure`] when a part exceeds the device's storage buffer range; [`Error::Memory`].
-    pub fn new(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, data: &SceneData<'_>) -> Result<Self> {
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let build_input = data.query.map_or(vk::BufferUsageFlags::empty(), |_| BUILD_INPUT);
         let vertex_usage = storage | vk::BufferUsageFlags::VERTEX_BUFFER | build_input;
@@ -165,13 +165,13 @@ impl SceneSet {
 }
 
 /// The acceleration structures, and the places of their triangles.
-fn query_parts(gpu: &Arc<Gpu>, vertices: &Buffer, geometry: &QueryGeometry) -> Result<(Acceleration, Buffer)> {
+fn query_parts(gpu: &Arc<Device>, vertices: &Buffer, geometry: &QueryGeometry) -> Result<(Acceleration, Buffer)> {
     let places = bytemuck::cast_slice(&geometry.places);
     let places = storage_buffer(gpu, "structure triangles", places, vk::BufferUsageFlags::STORAGE_BUFFER)?;
     Ok((Acceleration::new(gpu, vertices, geometry)?, places))
 }
 
-fn storage_buffer(gpu: &Arc<Gpu>, name: &str, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<Buffer> {
+fn storage_buffer(gpu: &Arc<Device>, name: &str, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<Buffer> {
     let limit = gpu.report().limits.storage_range_bytes;
     if bytes.len() as u64 > limit {
         return Err(Error::Failure(format!(
@@ -188,7 +188,7 @@ fn storage_buffer(gpu: &Arc<Gpu>, name: &str, bytes: &[u8], usage: vk::BufferUsa
 }
 
 /// The albedo array, one white texel, and every texture with its mips.
-fn upload_textures(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Vec<Image>> {
+fn upload_textures(gpu: &Arc<Device>, data: &SceneData<'_>) -> Result<Vec<Image>> {
     let srgb = vk::Format::R8G8B8A8_SRGB;
     let edge = data.albedo_size_px;
     let info = TextureInfo {
@@ -218,7 +218,7 @@ fn upload_textures(gpu: &Arc<Gpu>, data: &SceneData<'_>) -> Result<Vec<Image>> {
     Ok(images)
 }
 
-fn upload_mips(gpu: &Arc<Gpu>, name: &str, format: vk::Format, mips: &MipChain) -> Result<Image> {
+fn upload_mips(gpu: &Arc<Device>, name: &str, format: vk::Format, mips: &MipChain) -> Result<Image> {
     let (width_px, height_px, _) = mips[0];
     let limit = gpu.report().limits.image_edge_px;
     if width_px > limit || height_px > limit {

@@ -66,7 +66,7 @@ impl Executor {
         let (mut rounds_done, mut rounds) = (0, 0);
         self.begin_commands(commands)?;
         self.slots[slot].timers.begin(commands);
-        for index in 0..self.passes.len() {
+        for index in 0..self.frame.passes.len() {
             self.slots[slot].markers.reach(commands, index, stamp);
             if let Some(repeat) = self.repeat_of(index) {
                 self.submit_step(slot)?;
@@ -74,7 +74,7 @@ impl Executor {
                 rounds_done += self.run_repetitions(slot, index, repeat, max_submit_ms, on_step)?;
                 rounds += repeat.rounds;
             } else {
-                recorder::record_pass(self, commands, index, frame_data);
+                recorder::record_pass(&self.frame, commands, index, frame_data);
             }
             self.slots[slot].timers.after_pass(commands, index);
         }
@@ -86,7 +86,7 @@ impl Executor {
 
     /// How often the pass repeats, if it does.
     pub(super) fn repeat_of(&self, index: usize) -> Option<Repeat> {
-        match self.graph.passes()[index].payload {
+        match self.frame.graph.passes()[index].payload {
             Work::Compute(ComputeWork { repeat, .. }) => repeat,
             _ => None,
         }
@@ -106,7 +106,7 @@ impl Executor {
         let (mut longest_ms, mut steps, mut repetition_ms) = (0.0_f64, 0, 0.0_f64);
         while done < end {
             let next = (done + batch).min(end);
-            recorder::record_repetitions(self, commands, index, done..next);
+            recorder::record_repetitions(&self.frame, commands, index, done..next);
             let start = Instant::now();
             self.submit_step(slot)?;
             let ms = start.elapsed().as_secs_f64() * 1e3;
@@ -124,7 +124,7 @@ impl Executor {
                 batch = batch.min(FIRST_ROUND_BATCH);
             }
         }
-        let name = &self.graph.passes()[index].name;
+        let name = &self.frame.graph.passes()[index].name;
         log::debug!("{name}: {done} repetitions in {steps} submissions, the longest {longest_ms:.1} ms");
         Ok(done / repeat.parts)
     }

@@ -7,7 +7,8 @@ use ash::{khr, vk};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 
 use super::check;
-use super::device::{Gpu, GpuOptions};
+use super::context::Gpu;
+use super::device::GpuOptions;
 use super::features::queue_family;
 use super::instance::Instance;
 use crate::error::{Error, Result};

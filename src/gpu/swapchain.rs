@@ -6,7 +6,7 @@ use ash::{khr, vk};
 use clap::ValueEnum;
 
 use super::check;
-use super::device::Gpu;
+use super::device::Device;
 use super::surface::Surface;
 use super::target::{FRAMES_IN_FLIGHT, Target};
 use crate::error::{Error, Result};
@@ -53,7 +53,7 @@ pub struct Swapchain {
     frames: usize,
     format: vk::Format,
     extent: vk::Extent2D,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 #[derive(Clone, Copy)]

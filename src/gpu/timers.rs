@@ -5,18 +5,18 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::check;
-use super::device::Gpu;
+use super::device::Device;
 use crate::error::Result;
 
 /// A query pool for the timestamps of one frame in flight.
 pub(super) struct Timers {
     pool: vk::QueryPool,
     count: u32,
-    gpu: Arc<Gpu>,
+    gpu: Arc<Device>,
 }
 
 impl Timers {
-    pub fn new(gpu: &Arc<Gpu>, pass_count: usize) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, pass_count: usize) -> Result<Self> {
         let count = pass_count as u32 + 1;
         let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(count);
         // SAFETY: valid create info.

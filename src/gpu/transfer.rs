@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::buffer::Buffer;
 use super::check;
-use super::device::Gpu;
+use super::device::Device;
 use super::image::Image;
 use crate::error::Result;
 
@@ -14,7 +14,7 @@ use crate::error::Result;
 const STAGING_BYTES: usize = 32 << 20;
 
 /// Records commands with `record`, submits them and waits.
-pub(super) fn submit_once(gpu: &Arc<Gpu>, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+pub(super) fn submit_once(gpu: &Arc<Device>, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
     let info = vk::CommandPoolCreateInfo::default()
         .flags(vk::CommandPoolCreateFlags::TRANSIENT)
         .queue_family_index(gpu.queue_family);
@@ -26,7 +26,7 @@ pub(super) fn submit_once(gpu: &Arc<Gpu>, record: impl FnOnce(vk::CommandBuffer)
     result
 }
 
-fn submit_from(gpu: &Arc<Gpu>, pool: vk::CommandPool, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+fn submit_from(gpu: &Arc<Device>, pool: vk::CommandPool, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
     let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
     let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
     // SAFETY: the pool and queue belong to this device and this thread; the wait keeps everything alive.
@@ -43,7 +43,7 @@ fn submit_from(gpu: &Arc<Gpu>, pool: vk::CommandPool, record: impl FnOnce(vk::Co
 }
 
 /// A barrier that makes everything before visible to everything after.
-pub(super) fn full_barrier(gpu: &Gpu, commands: vk::CommandBuffer) {
+pub(super) fn full_barrier(gpu: &Device, commands: vk::CommandBuffer) {
     let barrier = [vk::MemoryBarrier2::default()
         .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
         .src_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
@@ -56,7 +56,7 @@ pub(super) fn full_barrier(gpu: &Gpu, commands: vk::CommandBuffer) {
 
 /// Changes the layout of a whole colour or depth image, waiting for everything before.
 pub(super) fn image_layout(
-    gpu: &Gpu,
+    gpu: &Device,
     commands: vk::CommandBuffer,
     image: vk::Image,
     aspect_mask: vk::ImageAspectFlags,
@@ -84,12 +84,12 @@ pub(super) fn image_layout(
 }
 
 /// Copies `bytes` to the start of `target`.
-pub(super) fn upload_buffer(gpu: &Arc<Gpu>, target: &Buffer, bytes: &[u8]) -> Result<()> {
+pub(super) fn upload_buffer(gpu: &Arc<Device>, target: &Buffer, bytes: &[u8]) -> Result<()> {
     upload_raw(gpu, target.raw, bytes)
 }
 
 /// Copies `bytes` to the start of a buffer that is at least that large and a transfer destination.
-pub(super) fn upload_raw(gpu: &Arc<Gpu>, target: vk::Buffer, bytes: &[u8]) -> Result<()> {
+pub(super) fn upload_raw(gpu: &Arc<Device>, target: vk::Buffer, bytes: &[u8]) -> Result<()> {
     let size = bytes.len().clamp(4, STAGING_BYTES);
     let mut staging = Buffer::host(gpu, "staging", size as u64, vk::BufferUsageFlags::TRANSFER_SRC)?;
     for (index, chunk) in bytes.chunks(STAGING_BYTES).enumerate() {
@@ -115,7 +115,7 @@ pub(super) struct Subresource<'a> {
 }
 
 /// Fills a texture and leaves it in `SHADER_READ_ONLY_OPTIMAL`.
-pub(super) fn upload_image(gpu: &Arc<Gpu>, image: &Image, parts: &[Subresource<'_>]) -> Result<()> {
+pub(super) fn upload_image(gpu: &Arc<Device>, image: &Image, parts: &[Subresource<'_>]) -> Result<()> {
     let size: usize = parts.iter().map(|p| p.texels.len()).sum();
     let mut staging = Buffer::host(gpu, "staging", size as u64, vk::BufferUsageFlags::TRANSFER_SRC)?;
     let mut offset = 0;
@@ -155,7 +155,7 @@ pub(super) fn upload_image(gpu: &Arc<Gpu>, image: &Image, parts: &[Subresource<'
 }
 
 /// Reads `size_bytes` from the start of a buffer.
-pub(super) fn download_buffer(gpu: &Arc<Gpu>, source: vk::Buffer, size_bytes: u64) -> Result<Vec<u8>> {
+pub(super) fn download_buffer(gpu: &Arc<Device>, source: vk::Buffer, size_bytes: u64) -> Result<Vec<u8>> {
     let staging = Buffer::host(gpu, "readback", size_bytes, vk::BufferUsageFlags::TRANSFER_DST)?;
     let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: size_bytes }];
     submit_once(gpu, |commands| {
@@ -169,7 +169,7 @@ pub(super) fn download_buffer(gpu: &Arc<Gpu>, source: vk::Buffer, size_bytes: u6
 
 /// Reads a whole image of one mip and layer, rows packed, and gives it back in `layout`.
 pub(super) fn download_image(
-    gpu: &Arc<Gpu>,
+    gpu: &Arc<Device>,
     source: vk::Image,
     aspect: vk::ImageAspectFlags,
     layout: vk::ImageLayout,

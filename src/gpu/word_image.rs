@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::descriptors::Bound;
-use super::device::Gpu;
+use super::device::Device;
 use super::image::{Image, TextureInfo};
 use super::transfer::{Subresource, download_image, upload_image};
 use crate::error::{Error, Result};
@@ -28,7 +28,7 @@ impl WordImage {
     ///
     /// # Errors
     /// [`Error::Failure`] when they take more rows than the device's images have; [`Error::Memory`].
-    pub fn new(gpu: &Arc<Gpu>, name: &str, bytes: &[u8]) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, name: &str, bytes: &[u8]) -> Result<Self> {
         let most = gpu.report().limits.image_rows;
         let rows = rows(name, bytes.len(), most)?;
         let info = TextureInfo {
@@ -53,7 +53,7 @@ impl WordImage {
     }
 
     /// The bytes as uploaded; waits.
-    pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<Vec<u8>> {
+    pub fn read_back(&self, gpu: &Arc<Device>) -> Result<Vec<u8>> {
         let (aspect, layout) = (vk::ImageAspectFlags::COLOR, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
         let size_px = [ROW_TEXELS, self.rows];
         let mut bytes = download_image(gpu, self.image.raw, aspect, layout, size_px, TEXEL_BYTES as u64)?;

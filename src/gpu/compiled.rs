@@ -1,0 +1,130 @@
+//! A planned frame graph with everything that recording it takes: resources, pipelines and descriptor sets.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::context::Gpu;
+use super::descriptors::{Bound, Sets};
+use super::device::Device;
+use super::pipeline::{Pipeline, Pipelines};
+use super::resources::{Physical, Resources, aspect};
+use super::scene_set::SceneSet;
+use super::transfer;
+use super::work::{RasterWork, Work};
+use crate::error::{Error, Result};
+use crate::graph::{Access, Graph, Handle, ImageHandle, Pass, Plan, ResourceInfo, Use, plan};
+
+/// A pass ready to record.
+pub(super) struct CompiledPass {
+    pub pipelines: Vec<Arc<Pipeline>>,
+    pub sets: Sets,
+}
+
+/// A compiled frame: made once, recorded in every frame.
+pub(super) struct CompiledFrame {
+    pub graph: Graph<Work>,
+    pub plan: Plan,
+    pub resources: Resources,
+    pub passes: Vec<CompiledPass>,
+    pub scene: Option<Arc<SceneSet>>,
+    pub gpu: Arc<Device>,
+}
+
+impl CompiledFrame {
+    /// Plans the graph and creates everything it needs.
+    ///
+    /// # Errors
+    /// When the graph is wrong (a bug of ours), or the device runs out of memory.
+    pub fn new(gpu: &Gpu, graph: Graph<Work>, scene: Option<Arc<SceneSet>>) -> Result<Self> {
+        let mut plan = plan(&graph).map_err(|e| Error::Failure(format!("frame graph: {e}")))?;
+        let resources = Resources::new(gpu, &graph, &mut plan)?;
+        let mut frame = Self { graph, plan, resources, passes: Vec::new(), scene, gpu: Arc::clone(gpu) };
+        let compile = |pass| frame.compile_pass(&gpu.pipelines, pass);
+        frame.passes = frame.graph.passes().iter().map(compile).collect::<Result<_>>()?;
+        frame.initial_layouts()?;
+        Ok(frame)
+    }
+
+    /// Layout in which the frame leaves an image: that of its last use.
+    pub fn final_layout(&self, image: ImageHandle) -> vk::ImageLayout {
+        let mut uses = self.graph.passes().iter().rev().flat_map(|p| &p.uses).filter(|u| u.resource == image.into());
+        let kind = self.graph.resources()[Handle::from(image).index()].info.kind();
+        uses.next().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.sync(kind).layout)
+    }
+
+    /// Persistent images get the layout that the first frame expects, once.
+    fn initial_layouts(&self) -> Result<()> {
+        transfer::submit_once(&self.gpu, |commands| {
+            for (image, layout) in &self.plan.initial {
+                let (raw, _, info) = self.resources.image(*image);
+                let undefined = vk::ImageLayout::UNDEFINED;
+                transfer::image_layout(&self.gpu, commands, raw, aspect(&info), undefined, *layout);
+            }
+        })
+    }
+
+    fn compile_pass(&self, pipelines: &Pipelines, pass: &Pass<Work>) -> Result<CompiledPass> {
+        let stages = match pass.payload {
+            Work::Compute(_) => vk::ShaderStageFlags::COMPUTE,
+            _ => vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
+        };
+        let sets = Sets::new(&self.gpu, &pass.name, stages, &[self.bindings(pass)])?;
+        let pipelines = match &pass.payload {
+            Work::Compute(work) => {
+                let layouts = self.set_layouts(&sets, work.uses_scene, false)?;
+                let words = work.push.len() + if work.repeat.is_some() { 2 } else { 0 };
+                vec![pipelines.compute(&work.shader, &work.constants, words, &layouts)?]
+            }
+            Work::Raster(work) => self.raster_pipelines(pipelines, work, &sets)?,
+            Work::Transfer(_) | Work::Overlay => Vec::new(),
+        };
+        Ok(CompiledPass { pipelines, sets })
+    }
+
+    fn raster_pipelines(&self, pipelines: &Pipelines, work: &RasterWork, sets: &Sets) -> Result<Vec<Arc<Pipeline>>> {
+        let formats: Vec<_> = work.colors.iter().map(|c| self.resources.image(c.image).2.format).collect();
+        let depth = work.depth.map_or(vk::Format::UNDEFINED, |d| self.resources.image(d.image).2.format);
+        let layouts = self.set_layouts(sets, work.uses_scene, true)?;
+        let draws = work.draws.iter();
+        draws.map(|draw| pipelines.graphics(draw, &formats, depth, &layouts)).collect()
+    }
+
+    fn set_layouts<'a>(&'a self, sets: &'a Sets, uses_scene: bool, raster: bool) -> Result<Vec<&'a Sets>> {
+        let mut layouts = vec![sets];
+        if uses_scene {
+            let scene = self.scene.as_ref().ok_or_else(|| Error::Failure("a pass needs a scene".to_owned()))?;
+            layouts.push(&scene.scene);
+            if raster {
+                layouts.push(&scene.materials);
+            }
+        }
+        Ok(layouts)
+    }
+
+    fn bindings(&self, pass: &Pass<Work>) -> Vec<(u32, Bound)> {
+        let bound = |access: Access, physical: Physical| match physical {
+            Physical::Buffer { raw, size_bytes } => match access {
+                Access::ComputeUniform | Access::GraphicsUniform => Bound::Uniform { buffer: raw, size_bytes },
+                _ => Bound::Storage { buffer: raw, size_bytes },
+            },
+            Physical::Image { view, info, .. } => match access {
+                Access::ComputeSampled | Access::FragmentSampled | Access::DepthAttachmentReadSampled => {
+                    Bound::SampledImage { view, layout: access.sync(ResourceInfo::Image(info).kind()).layout }
+                }
+                _ => Bound::StorageImage { view },
+            },
+        };
+        let physical = |u: &Use| self.resources.list[u.resource.index()];
+        pass.uses.iter().filter_map(|u| Some((u.binding?, bound(u.access, physical(u))))).collect()
+    }
+}
+
+/// Bytes per texel of the formats the frame uses.
+pub(super) fn texel_bytes(format: vk::Format) -> u64 {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
+        vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_UINT => 8,
+        _ => 4,
+    }
+}

@@ -1,0 +1,107 @@
+//! The modules of `src/gpu` import each other in one direction only.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Source of each module of a folder by name; `mod` is its root.
+type Sources = BTreeMap<String, String>;
+
+fn sources(folder: &str) -> Sources {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    files
+        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+        .map(|path| {
+            let text = std::fs::read_to_string(&path).unwrap();
+            (path.file_stem().unwrap().to_str().unwrap().to_owned(), text)
+        })
+        .collect()
+}
+
+fn identifier(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
+    &text[..end]
+}
+
+/// The first names of a path, or of the group of paths that `text` starts with.
+fn heads(text: &str) -> Vec<&str> {
+    let Some(group) = text.strip_prefix('{') else { return vec![identifier(text)] };
+    let mut heads = Vec::new();
+    let (mut depth, mut start) = (0, 0);
+    for (at, c) in group.char_indices() {
+        match c {
+            ',' | '}' if depth == 0 => {
+                heads.push(identifier(group[start..at].trim_start()));
+                start = at + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+    }
+    heads
+}
+
+/// Modules that a module of `crate::gpu` names outside its tests. `exported` says which module the names at the root
+/// come from.
+fn imports(text: &str, modules: &BTreeSet<&str>, exported: &BTreeMap<&str, &str>) -> BTreeSet<String> {
+    let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let paths = ["super::", "crate::gpu::"].iter().flat_map(|prefix| lines.split(prefix).skip(1));
+    let module_of = |name| modules.get(name).or_else(|| exported.get(name)).map(|module| (*module).to_owned());
+    paths.flat_map(heads).filter_map(module_of).collect()
+}
+
+/// Which module each name that the root exports comes from.
+fn exports(root: &str) -> BTreeMap<&str, &str> {
+    let lines = root.split("pub use ").skip(1).filter_map(|line| line.split(';').next()?.split_once("::"));
+    lines.flat_map(|(module, names)| heads(names).into_iter().map(move |name| (name, module))).collect()
+}
+
+/// The modules of a circle of imports, if there is one.
+fn circle(sources: &Sources) -> Option<Vec<String>> {
+    let modules: BTreeSet<&str> = sources.keys().map(String::as_str).filter(|name| *name != "mod").collect();
+    let exported = exports(&sources["mod"]);
+    let imported = |name: &str| imports(&sources[name], &modules, &exported);
+    let mut edges: BTreeMap<&str, _> = modules.iter().map(|name| (*name, imported(name))).collect();
+    // What imports nothing that is left is in no circle.
+    while let Some(leaf) = edges.iter().find(|(_, to)| to.iter().all(|to| !edges.contains_key(to.as_str()))) {
+        let leaf = *leaf.0;
+        edges.remove(leaf);
+    }
+    let mut walk = vec![(*edges.keys().next()?).to_owned()];
+    loop {
+        let last = walk.last().unwrap();
+        let next = edges[last.as_str()].iter().find(|to| edges.contains_key(to.as_str())).unwrap().clone();
+        if let Some(start) = walk.iter().position(|name| *name == next) {
+            return Some(walk.split_off(start));
+        }
+        walk.push(next);
+    }
+}
+
+#[test]
+fn no_modules_import_each_other_in_a_circle() {
+    let sources = sources("src/gpu");
+    assert!(sources.len() > 20, "only {} modules were found", sources.len());
+    assert_eq!(circle(&sources), None);
+}
+
+#[test]
+fn a_planted_circle_is_found() {
+    for (module, line) in [
+        ("device", "use super::pipeline::Pipelines;"),
+        ("device", "use crate::gpu::{check, buffer::{self, Buffer}};"),
+        ("device", "use super::Image;"),
+        ("target", "fn f(_: &super::recorder::Recorder) {}"),
+        ("instance", "use super::context::Gpu;"),
+    ] {
+        let mut sources = sources("src/gpu");
+        sources.entry(module.to_owned()).and_modify(|text| *text = format!("{line}\n{text}"));
+        let found = circle(&sources).unwrap_or_default();
+        assert!(found.iter().any(|name| name == module), "after `{line}` in {module}: {found:?}");
+    }
+}

@@ -11,7 +11,7 @@ use super::resources::{Physical, whole_image};
 use super::target::Shown;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;
-use crate::graph::{Barrier, Handle};
+use crate::graph::{Barrier, Handle, MemoryBarrier, PlannedPass};
 
 /// Records pass `index` of the frame's graph, with all its repetitions.
 pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
@@ -21,7 +21,7 @@ pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, in
         return;
     }
     begin_label(frame, commands, &pass.name);
-    barriers(frame, commands, &frame.plan.passes[index].barriers);
+    batch(frame, commands, &frame.plan.passes[index]);
     let compiled = &frame.passes[index];
     match &pass.payload {
         Work::Compute(work) => compute(frame, commands, compiled, work, &work.push),
@@ -41,7 +41,7 @@ pub(super) fn record_overlay(
 ) -> Result<()> {
     let target = shown.target;
     begin_label(frame, commands, &frame.graph.passes()[index].name);
-    barriers(frame, commands, &frame.plan.passes[index].barriers);
+    batch(frame, commands, &frame.plan.passes[index]);
     let color = [vk::RenderingAttachmentInfo::default()
         .image_view(target.view)
         .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
@@ -70,7 +70,11 @@ pub(super) fn record_repetitions(
     let planned = &frame.plan.passes[index];
     begin_label(frame, commands, &pass.name);
     for i in repetitions {
-        barriers(frame, commands, if i == 0 { &planned.barriers } else { &planned.between });
+        if i == 0 {
+            batch(frame, commands, planned);
+        } else {
+            barriers(frame, commands, None, &planned.between);
+        }
         let words = [work.push.as_slice(), &[i / repeat.parts, i % repeat.parts]].concat();
         compute(frame, commands, &frame.passes[index], work, &words);
     }
@@ -92,18 +96,26 @@ fn end_label(frame: &CompiledFrame, commands: vk::CommandBuffer) {
     }
 }
 
-/// One `vkCmdPipelineBarrier2` with everything the plan asks for before this pass.
-fn barriers(frame: &CompiledFrame, commands: vk::CommandBuffer, planned: &[Barrier]) {
+/// What the plan asks for before this pass.
+fn batch(frame: &CompiledFrame, commands: vk::CommandBuffer, planned: &PlannedPass) {
+    barriers(frame, commands, planned.takeover, &planned.barriers);
+}
+
+/// One `vkCmdPipelineBarrier2` with exactly these barriers; none where there are none.
+fn barriers(frame: &CompiledFrame, commands: vk::CommandBuffer, takeover: Option<MemoryBarrier>, planned: &[Barrier]) {
+    if planned.is_empty() && takeover.is_none() {
+        return;
+    }
+    let global = takeover.map(|memory| {
+        vk::MemoryBarrier2::default()
+            .src_stage_mask(memory.src_stage)
+            .src_access_mask(memory.src_access)
+            .dst_stage_mask(memory.dst_stage)
+            .dst_access_mask(memory.dst_access)
+    });
     let mut buffers = Vec::new();
     let mut images = Vec::new();
-    // Where transients share memory, a barrier of one resource says nothing about the other's bytes: the
-    // global barrier carries the same scopes for all memory.
-    let mut global = vk::MemoryBarrier2::default();
     for barrier in planned {
-        global.src_stage_mask |= barrier.src_stage;
-        global.src_access_mask |= barrier.src_access;
-        global.dst_stage_mask |= barrier.dst_stage;
-        global.dst_access_mask |= barrier.dst_access;
         match frame.resources.list[barrier.resource.index()] {
             Physical::Buffer { raw, .. } => buffers.push(
                 vk::BufferMemoryBarrier2::default()
@@ -127,12 +139,8 @@ fn barriers(frame: &CompiledFrame, commands: vk::CommandBuffer, planned: &[Barri
             ),
         }
     }
-    if buffers.is_empty() && images.is_empty() {
-        return;
-    }
-    let global = [global];
     let info = vk::DependencyInfo::default()
-        .memory_barriers(&global)
+        .memory_barriers(global.as_slice())
         .buffer_memory_barriers(&buffers)
         .image_memory_barriers(&images);
     // SAFETY: recording outside a rendering scope; all objects belong to the frame.

@@ -14,7 +14,7 @@ use super::work::Work;
 use crate::error::{Error, Result};
 use crate::graph::{
     AliasPlan, BufferInfo, Graph, Handle, ImageInfo, Lifetime, Plan, Requirement, ResourceInfo, add_alias_barriers,
-    assign,
+    assign, hoist,
 };
 
 /// A buffer or an image of the frame.
@@ -62,7 +62,7 @@ struct Class {
 }
 
 impl Resources {
-    /// Creates everything and widens the plan's barriers where memory is shared.
+    /// Creates everything and completes the plan: what waits where memory is shared, and where barriers are recorded.
     pub fn new(gpu: &Arc<Device>, graph: &Graph<Work>, plan: &mut Plan) -> Result<Self> {
         let mut resources = Self {
             list: Vec::new(),
@@ -93,6 +93,7 @@ impl Resources {
             .collect();
         let aliases = assign(&plan.lifetimes, &requirements);
         add_alias_barriers(plan, graph, &requirements, &aliases);
+        hoist(plan, graph);
         resources.bind_shared(&aliases, &requirements, &classes)?;
         resources.bind_single(graph, &aliases)?;
         resources.create_views(graph)?;

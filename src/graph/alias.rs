@@ -1,16 +1,14 @@
 //! Sharing memory between transient resources that are never alive at the same time.
 //!
 //! The executor's order of work: [`plan`](super::plan()), create the resources, ask for their memory requirements,
-//! [`assign`], [`add_alias_barriers`], allocate one block per class, bind.
+//! [`assign`], [`add_alias_barriers`], [`hoist`](super::hoist()), allocate one block per class, bind.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
-
 use super::builder::Graph;
-use super::plan::{Barrier, Plan};
+use super::plan::{MemoryBarrier, Plan};
 use super::resource::Handle;
 
 /// What one transient resource asks of its memory.
@@ -53,8 +51,8 @@ impl AliasPlan {
     }
 }
 
-/// Places every resource that has both a lifetime and a requirement (give one to transient resources only): the largest first, each at the lowest aligned
-/// offset that no resource alive at the same time occupies.
+/// Places every resource that has both a lifetime and a requirement (give one to transient resources only): the
+/// largest first, each at the lowest aligned offset that no resource alive at the same time occupies.
 #[must_use]
 pub fn assign(lifetimes: &[Option<(usize, usize)>], requirements: &[Option<Requirement>]) -> AliasPlan {
     let mut todo: Vec<(usize, (usize, usize), Requirement)> = lifetimes
@@ -98,8 +96,9 @@ fn overlaps(a: (usize, usize), b: (usize, usize)) -> bool {
 /// Makes the first use of every placed resource also wait for the last uses of those that share its memory, whether
 /// they came earlier in the frame or later in the frame before.
 ///
-/// Vulkan limits the memory side of an image or buffer barrier to that one resource, so an executor that aliases
-/// should also record, in the same batch, one global memory barrier with the scopes of the pass's barriers together.
+/// Vulkan limits the memory side of a buffer or image barrier to that one resource, so the dependency becomes the
+/// pass's [`takeover`](super::PlannedPass::takeover). The layout transition of an image, a write to that memory, is
+/// ordered by its own barrier only: that barrier's source is widened as well.
 pub fn add_alias_barriers<P>(
     plan: &mut Plan,
     graph: &Graph<P>,
@@ -117,42 +116,34 @@ pub fn add_alias_barriers<P>(
             .filter(|&other| other != index)
             .filter(|&other| range(other).is_some_and(|(c, s, e)| c == class && s < end && start < e))
             .collect();
-        if sharing.is_empty() {
-            continue;
+        if !sharing.is_empty() {
+            take_over(plan, graph, Handle(index), first, &sharing);
         }
-        let handle = Handle(index);
-        let barrier = first_barrier(plan, graph, handle, first);
-        for other in sharing {
-            let (stages, writes) = plan.last_uses[other];
-            let barrier = &mut plan.passes[first].barriers[barrier];
-            barrier.src_stage |= stages;
-            barrier.src_access |= writes;
-        }
+        plan.sharing[index] = sharing;
     }
 }
 
-/// Position of the resource's barrier at its first use, which is made if there is none.
-fn first_barrier<P>(plan: &mut Plan, graph: &Graph<P>, resource: Handle, first: usize) -> usize {
-    let barriers = &mut plan.passes[first].barriers;
-    if let Some(found) = barriers.iter().position(|barrier| barrier.resource == resource) {
-        return found;
+/// Makes pass `first`, the first to use `resource`, wait for the last uses of `former`, whose memory it takes over.
+fn take_over<P>(plan: &mut Plan, graph: &Graph<P>, resource: Handle, first: usize, former: &[usize]) {
+    let mut dependency = MemoryBarrier::default();
+    for &other in former {
+        let (stages, writes) = plan.last_uses[other];
+        dependency.src_stage |= stages;
+        dependency.src_access |= writes;
     }
     let kind = graph.resources()[resource.index()].info.kind();
-    let mut barrier = Barrier {
-        resource,
-        src_stage: Stage::NONE,
-        src_access: Mask::NONE,
-        dst_stage: Stage::NONE,
-        dst_access: Mask::NONE,
-        old_layout: ImageLayout::UNDEFINED,
-        new_layout: ImageLayout::UNDEFINED,
-    };
     for used in graph.passes()[first].uses.iter().filter(|used| used.resource == resource) {
         let scope = used.access.sync(kind);
-        barrier.dst_stage |= scope.stages;
-        barrier.dst_access |= scope.access;
-        barrier.new_layout = scope.layout;
+        dependency.dst_stage |= scope.stages;
+        dependency.dst_access |= scope.access;
     }
-    barriers.push(barrier);
-    barriers.len() - 1
+    let pass = &mut plan.passes[first];
+    pass.barriers
+        .iter_mut()
+        .filter(|barrier| barrier.resource == resource && barrier.is_transition())
+        .for_each(|barrier| {
+            barrier.src_stage |= dependency.src_stage;
+            barrier.src_access |= dependency.src_access;
+        });
+    *pass.takeover.get_or_insert_default() |= dependency;
 }

@@ -8,6 +8,7 @@ mod alias;
 mod builder;
 mod check;
 mod dump;
+mod hoist;
 mod plan;
 mod resource;
 
@@ -16,5 +17,6 @@ pub use alias::{AliasPlan, Placement, Requirement, add_alias_barriers, assign};
 pub use builder::{Graph, Pass, PassId, Use};
 pub use check::PlanError;
 pub use dump::to_dot;
-pub use plan::{Barrier, Plan, PlannedPass, plan};
+pub use hoist::hoist;
+pub use plan::{Barrier, MemoryBarrier, Plan, PlannedPass, plan};
 pub use resource::{BufferHandle, BufferInfo, Handle, ImageHandle, ImageInfo, Kind, Lifetime, Resource, ResourceInfo};

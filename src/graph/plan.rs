@@ -3,6 +3,8 @@
 //! Per resource the plan tracks the last write, the stages that have read since, what the write is already visible
 //! to, and the image layout. A layout transition counts as a write that is over as soon as it is visible.
 
+use std::ops::BitOrAssign;
+
 use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
 
 use super::builder::Graph;
@@ -28,6 +30,8 @@ pub struct Plan {
     pub initial: Vec<(ImageHandle, ImageLayout)>,
     /// Per resource, stages and writes of its last uses in a frame: what new contents of its memory must wait for.
     pub(super) last_uses: Vec<(Stage, Mask)>,
+    /// Per resource, those that share memory with it.
+    pub(super) sharing: Vec<Vec<usize>>,
 }
 
 /// One pass of the plan.
@@ -37,8 +41,33 @@ pub struct PlannedPass {
     pub name: String,
     /// What to record before the pass, in one batch; at most one barrier for each resource.
     pub barriers: Vec<Barrier>,
+    /// Recorded in the same batch: a barrier for all memory, where resources first used by this pass (or, after
+    /// [`hoist`](super::hoist()), a later one) take over memory from others. Nothing else needs one.
+    pub takeover: Option<MemoryBarrier>,
     /// What to record between two repetitions of a pass that repeats; empty for others.
     pub between: Vec<Barrier>,
+}
+
+/// One dependency between everything before it and a pass, over all memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryBarrier {
+    /// Stages to wait for.
+    pub src_stage: Stage,
+    /// Writes to make available.
+    pub src_access: Mask,
+    /// Stages that wait.
+    pub dst_stage: Stage,
+    /// Accesses that the contents become visible to.
+    pub dst_access: Mask,
+}
+
+impl BitOrAssign for MemoryBarrier {
+    fn bitor_assign(&mut self, other: Self) {
+        self.src_stage |= other.src_stage;
+        self.src_access |= other.src_access;
+        self.dst_stage |= other.dst_stage;
+        self.dst_access |= other.dst_access;
+    }
 }
 
 /// One dependency between earlier uses of a resource and a pass.
@@ -60,11 +89,33 @@ pub struct Barrier {
     pub new_layout: ImageLayout,
 }
 
+impl Barrier {
+    /// Whether the image's layout changes.
+    #[must_use]
+    pub fn is_transition(&self) -> bool {
+        self.old_layout != self.new_layout
+    }
+}
+
+impl PlannedPass {
+    /// Whether there is anything to record before the pass.
+    #[must_use]
+    pub fn has_batch(&self) -> bool {
+        !self.barriers.is_empty() || self.takeover.is_some()
+    }
+}
+
 impl Plan {
-    /// Number of barriers in a frame.
+    /// Number of barriers of single resources in a frame.
     #[must_use]
     pub fn barrier_count(&self) -> usize {
         self.passes.iter().map(|pass| pass.barriers.len()).sum()
+    }
+
+    /// Number of passes in a frame before which barriers are recorded.
+    #[must_use]
+    pub fn batch_count(&self) -> usize {
+        self.passes.iter().filter(|pass| pass.has_batch()).count()
     }
 }
 
@@ -100,7 +151,7 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
             let tracked = needs.iter().filter(|need| resources[need.resource.index()].lifetime != Lifetime::Imported);
             let barriers = tracked.filter_map(|need| states[need.resource.index()].advance(need)).collect();
             let between = if pass.repeats { needs.iter().filter_map(repetition).collect() } else { Vec::new() };
-            passes.push(PlannedPass { name: pass.name.clone(), barriers, between });
+            passes.push(PlannedPass { name: pass.name.clone(), barriers, takeover: None, between });
         }
     }
     let initial = resources
@@ -113,7 +164,7 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
         .filter_map(|(index, (_, state))| state.layout.map(|layout| (ImageHandle(index), layout)))
         .collect();
     let last_uses = states.iter().map(|state| (state.write_stages | state.read_stages, state.write_access)).collect();
-    Ok(Plan { passes, lifetimes, initial, last_uses })
+    Ok(Plan { passes, lifetimes, initial, last_uses, sharing: vec![Vec::new(); resources.len()] })
 }
 
 /// The barrier between two repetitions of a pass for something it writes.

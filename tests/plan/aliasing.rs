@@ -1,7 +1,7 @@
 //! Memory shared between transients.
 
 use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
-use gridlight::graph::{Access, Graph, Placement, Requirement, add_alias_barriers, assign};
+use gridlight::graph::{Access, Graph, MemoryBarrier, Placement, Requirement, add_alias_barriers, assign};
 
 use crate::{Lcg, checker, color, memory, pass, planned, transition};
 
@@ -98,8 +98,10 @@ fn first_use_waits_for_what_lay_there_before() {
     assert_eq!(alias.aliased_bytes(), 64);
     let placed = Some((&alias, requirements.as_slice()));
     assert!(checker::check(&frame, &plan, placed).is_err(), "shared memory needs the alias barriers");
+    let unshared = plan.clone();
     add_alias_barriers(&mut plan, &frame, &requirements, &alias);
     checker::check(&frame, &plan, placed).expect("with them there is no hazard");
+    // The image's transition is ordered after the buffer's last use; the memory barrier has the memory side.
     assert_eq!(
         plan.passes[0].barriers,
         [transition(
@@ -109,18 +111,46 @@ fn first_use_waits_for_what_lay_there_before() {
             (Stage::COLOR_ATTACHMENT_OUTPUT, Mask::COLOR_ATTACHMENT_WRITE),
         )]
     );
-    assert_eq!(
-        plan.passes[2].barriers,
-        [memory(
-            buffer,
-            ImageLayout::UNDEFINED,
-            (Stage::COMPUTE_SHADER | Stage::FRAGMENT_SHADER, Mask::SHADER_STORAGE_WRITE),
-            (Stage::ALL_TRANSFER, Mask::TRANSFER_WRITE),
-        )]
-    );
-    // Without its own barrier the first use gets one.
-    plan.passes[2].barriers.clear();
+    let of_buffer = MemoryBarrier {
+        src_stage: Stage::COMPUTE_SHADER,
+        src_access: Mask::SHADER_STORAGE_WRITE,
+        dst_stage: Stage::COLOR_ATTACHMENT_OUTPUT,
+        dst_access: Mask::COLOR_ATTACHMENT_WRITE,
+    };
+    // The image was last read, after a transition that made all it held available.
+    let of_image = MemoryBarrier {
+        src_stage: Stage::FRAGMENT_SHADER,
+        src_access: Mask::NONE,
+        dst_stage: Stage::ALL_TRANSFER,
+        dst_access: Mask::TRANSFER_WRITE,
+    };
+    let takeovers: Vec<_> = plan.passes.iter().map(|pass| pass.takeover).collect();
+    assert_eq!(takeovers, [Some(of_buffer), None, Some(of_image), None]);
+    assert_eq!(plan.passes[2].barriers, unshared.passes[2].barriers, "a buffer's own barrier stays as it is");
+    for index in [0, 2] {
+        let mut broken = plan.clone();
+        broken.passes[index].takeover = None;
+        assert!(checker::check(&frame, &broken, placed).is_err(), "nobody misses the memory barrier of pass {index}");
+    }
+}
+
+#[test]
+fn a_barrier_of_one_resource_says_nothing_of_another() {
+    let mut frame = Graph::new();
+    let first = frame.transient_buffer("first", 64);
+    let second = frame.transient_buffer("second", 64);
+    frame.add_pass(pass("fill").uses(first, Access::TransferWrite));
+    frame.add_pass(pass("sum").bind(0, second, Access::ComputeWrite));
+    let mut plan = planned(&frame);
+    let requirements = [requirement(64, 64, 0), requirement(64, 64, 0)];
+    let alias = assign(&plan.lifetimes, &requirements);
     add_alias_barriers(&mut plan, &frame, &requirements, &alias);
-    assert_eq!(plan.passes[2].barriers[0].src_stage, Stage::FRAGMENT_SHADER);
-    assert_eq!(plan.passes[2].barriers[0].dst_access, Mask::TRANSFER_WRITE);
+    let placed = Some((&alias, requirements.as_slice()));
+    checker::check(&frame, &plan, placed).expect("memory barriers between the two");
+    // The same scopes as a barrier of the second buffer: what the first wrote stays unavailable.
+    let MemoryBarrier { src_stage, src_access, dst_stage, dst_access } = plan.passes[1].takeover.take().unwrap();
+    let own = memory(second, ImageLayout::UNDEFINED, (src_stage, src_access), (dst_stage, dst_access));
+    plan.passes[1].barriers = vec![own];
+    let hazard = checker::check(&frame, &plan, placed).expect_err("the planted fault");
+    assert!(hazard.contains("not available"), "{hazard}");
 }

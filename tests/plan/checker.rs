@@ -1,23 +1,29 @@
 //! An independent judge of plans: plays frames through Vulkan's memory model and reports the first hazard.
 //!
 //! Memory is cut into cells at the ends of placed resources, so that resources sharing memory share cells. A cell
-//! remembers past operations. A barrier on a resource works on the cells of that resource: operations in its source
-//! scope (or already ordered before a stage in it) become ordered before its destination stages; their writes become
-//! available if the access is named, and available writes become visible to the destination. A layout transition is
-//! itself a write that is available at once.
+//! remembers past operations and the resource each went through. A barrier on a resource works on the cells of that
+//! resource: operations in its source scope (or already ordered before a stage in it) become ordered before its
+//! destination stages, whichever resource they went through. Its memory side is that of the one resource: writes
+//! through it become available if the access is named, and available writes become visible to the destination. Only a
+//! planned memory barrier does that for writes through another resource. A layout transition is itself a write that
+//! is available at once. Barriers of one batch do not follow each other.
 
 use std::collections::HashSet;
 use std::ops::Range;
 
 use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
-use gridlight::graph::{AliasPlan, Barrier, Graph, Handle, Kind, Lifetime, Plan, Requirement};
+use gridlight::graph::{AliasPlan, Barrier, Graph, Handle, Kind, Lifetime, MemoryBarrier, Pass, Plan, Requirement};
 
 #[derive(Clone, Debug)]
 struct Op {
+    /// The resource it went through.
+    through: usize,
     stage: u64,
     /// 0 for reads.
     write: u64,
     ordered: u64,
+    /// What `ordered` was before the batch of barriers that is played.
+    ordered_before: u64,
     available: bool,
     visible: HashSet<(u64, u64)>,
 }
@@ -29,99 +35,148 @@ struct Cell {
     owner: Option<usize>,
 }
 
+/// Where resources lie that share memory.
+pub type Placed<'a> = Option<(&'a AliasPlan, &'a [Option<Requirement>])>;
+
+/// What memory and images are like at some point of a frame.
+struct Machine<'a, P> {
+    graph: &'a Graph<P>,
+    cells: Vec<Cell>,
+    /// Which cells each resource has.
+    cells_of: Vec<Range<usize>>,
+    layouts: Vec<ImageLayout>,
+}
+
 /// Plays three frames in a row; the text of an error says what went wrong where.
-pub fn check<P>(
-    graph: &Graph<P>,
-    plan: &Plan,
-    placed: Option<(&AliasPlan, &[Option<Requirement>])>,
-) -> Result<(), String> {
-    let (cells_of, count) = cut(graph.resources().len(), placed);
-    let mut cells = vec![Cell::default(); count];
-    let mut layouts = vec![ImageLayout::UNDEFINED; graph.resources().len()];
-    for &(image, layout) in &plan.initial {
-        layouts[Handle::from(image).index()] = layout;
-    }
-    for (index, resource) in graph.resources().iter().enumerate() {
-        if resource.lifetime != Lifetime::Transient {
-            cells[cells_of[index].clone()].iter_mut().for_each(|cell| cell.owner = Some(index));
-        }
-    }
+pub fn check<P>(graph: &Graph<P>, plan: &Plan, placed: Placed<'_>) -> Result<(), String> {
+    let mut machine = Machine::new(graph, plan, placed);
     for frame in 0..3 {
-        for (index, resource) in graph.resources().iter().enumerate() {
-            let cells = &mut cells[cells_of[index].clone()];
-            match resource.lifetime {
-                Lifetime::Acquired => {
-                    layouts[index] = ImageLayout::UNDEFINED;
-                    cells.iter_mut().for_each(|cell| *cell = acquired());
-                }
-                Lifetime::Continued => {
-                    layouts[index] = ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-                    cells.iter_mut().for_each(|cell| *cell = continued(index));
-                }
-                Lifetime::Readback => cells.iter_mut().for_each(|cell| *cell = Cell::default()),
-                Lifetime::Transient | Lifetime::Persistent | Lifetime::Imported => {}
-            }
-        }
+        machine.begin_frame();
         for (pass, planned) in graph.passes().iter().zip(&plan.passes) {
-            let context = |what: &str, resource: usize| {
-                format!("frame {frame}, pass {}, {}: {what}", pass.name, graph.resources()[resource].name)
+            let at = |(what, resource): Hazard| {
+                let resource = resource.map_or("memory", |index| &graph.resources()[index].name);
+                format!("frame {frame}, pass {}, {resource}: {what}", pass.name)
             };
-            for barrier in &planned.barriers {
-                let index = barrier.resource.index();
-                let cells = &mut cells[cells_of[index].clone()];
-                apply(barrier, &mut layouts[index], cells).map_err(|what| context(what, index))?;
-            }
-            for used in &pass.uses {
-                let index = used.resource.index();
-                let kind = graph.resources()[index].info.kind();
-                let scope = used.access.sync(kind);
-                if kind != Kind::Buffer && layouts[index] != scope.layout {
-                    return Err(context("wrong layout", index));
-                }
-                for cell in &cells[cells_of[index].clone()] {
-                    if used.access.is_read() && cell.owner != Some(index) {
-                        return Err(context("reads contents that are gone", index));
-                    }
-                    judge(cell, scope.stages, scope.access, used.access.is_read(), used.access.is_write())
-                        .map_err(|what| context(what, index))?;
-                }
-            }
-            let writes = |index: usize| pass.uses.iter().any(|u| u.resource.index() == index && u.access.is_write());
-            let mut cleared = HashSet::new();
-            for used in &pass.uses {
-                let index = used.resource.index();
-                let scope = used.access.sync(graph.resources()[index].info.kind());
-                let fresh = writes(index) && cleared.insert(index);
-                for cell in &mut cells[cells_of[index].clone()] {
-                    if fresh {
-                        // Every earlier operation is ordered before this write, so it stands for them all.
-                        cell.ops.clear();
-                        cell.owner = Some(index);
-                    }
-                    record(cell, scope.stages, scope.access, used.access.is_write());
-                }
+            machine.batch(planned.takeover.as_ref(), &planned.barriers).map_err(at)?;
+            machine.run(pass).map_err(at)?;
+            for _ in 0..if pass.repeats { 2 } else { 0 } {
+                machine.batch(None, &planned.between).map_err(at)?;
+                machine.run(pass).map_err(at)?;
             }
         }
     }
     Ok(())
 }
 
+/// What is wrong, with the resource's index.
+type Hazard = (&'static str, Option<usize>);
+
+impl<'a, P> Machine<'a, P> {
+    fn new(graph: &'a Graph<P>, plan: &Plan, placed: Placed<'_>) -> Self {
+        let count = graph.resources().len();
+        let (cells_of, cell_count) = cut(count, placed);
+        let mut machine = Self {
+            graph,
+            cells: vec![Cell::default(); cell_count],
+            cells_of,
+            layouts: vec![ImageLayout::UNDEFINED; count],
+        };
+        for &(image, layout) in &plan.initial {
+            machine.layouts[Handle::from(image).index()] = layout;
+        }
+        for (index, resource) in graph.resources().iter().enumerate() {
+            if resource.lifetime != Lifetime::Transient {
+                machine.cells_of(index).iter_mut().for_each(|cell| cell.owner = Some(index));
+            }
+        }
+        machine
+    }
+
+    fn cells_of(&mut self, index: usize) -> &mut [Cell] {
+        &mut self.cells[self.cells_of[index].clone()]
+    }
+
+    /// What is handed over anew.
+    fn begin_frame(&mut self) {
+        for (index, resource) in self.graph.resources().iter().enumerate() {
+            let (layout, cell) = match resource.lifetime {
+                Lifetime::Acquired => (ImageLayout::UNDEFINED, acquired(index)),
+                Lifetime::Continued => (ImageLayout::COLOR_ATTACHMENT_OPTIMAL, continued(index)),
+                Lifetime::Readback => (ImageLayout::UNDEFINED, Cell::default()),
+                Lifetime::Transient | Lifetime::Persistent | Lifetime::Imported => continue,
+            };
+            self.layouts[index] = layout;
+            self.cells_of(index).fill(cell);
+        }
+    }
+
+    /// Plays one batch of barriers.
+    fn batch(&mut self, takeover: Option<&MemoryBarrier>, barriers: &[Barrier]) -> Result<(), Hazard> {
+        let ops = self.cells.iter_mut().flat_map(|cell| &mut cell.ops);
+        ops.for_each(|op| op.ordered_before = op.ordered);
+        if let Some(barrier) = takeover {
+            self.cells.iter_mut().for_each(|cell| apply_takeover(barrier, cell));
+        }
+        for barrier in barriers {
+            let index = barrier.resource.index();
+            let cells = &mut self.cells[self.cells_of[index].clone()];
+            apply(barrier, &mut self.layouts[index], cells).map_err(|what| (what, Some(index)))?;
+        }
+        Ok(())
+    }
+
+    /// Plays the work of a pass.
+    fn run(&mut self, pass: &Pass<P>) -> Result<(), Hazard> {
+        for used in &pass.uses {
+            let index = used.resource.index();
+            let kind = self.graph.resources()[index].info.kind();
+            let scope = used.access.sync(kind);
+            if kind != Kind::Buffer && self.layouts[index] != scope.layout {
+                return Err(("wrong layout", Some(index)));
+            }
+            for cell in &self.cells[self.cells_of[index].clone()] {
+                if used.access.is_read() && cell.owner != Some(index) {
+                    return Err(("reads contents that are gone", Some(index)));
+                }
+                judge(cell, scope.stages, scope.access, used.access.is_read(), used.access.is_write())
+                    .map_err(|what| (what, Some(index)))?;
+            }
+        }
+        let writes = |index: usize| pass.uses.iter().any(|u| u.resource.index() == index && u.access.is_write());
+        let mut cleared = HashSet::new();
+        for used in &pass.uses {
+            let index = used.resource.index();
+            let scope = used.access.sync(self.graph.resources()[index].info.kind());
+            let fresh = writes(index) && cleared.insert(index);
+            for cell in self.cells_of(index) {
+                if fresh {
+                    // Every earlier operation is ordered before this write, so it stands for them all.
+                    cell.ops.clear();
+                    cell.owner = Some(index);
+                }
+                record(cell, index, scope.stages, scope.access, used.access.is_write());
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Memory that another queue was using until a semaphore, which is waited for before colours are written.
-fn acquired() -> Cell {
-    let stage = Stage::COLOR_ATTACHMENT_OUTPUT.as_raw();
-    let waited = Op { stage, write: 0, ordered: 0, available: true, visible: HashSet::new() };
-    Cell { ops: vec![waited], owner: None }
+fn acquired(through: usize) -> Cell {
+    let mut cell = Cell::default();
+    record(&mut cell, through, Stage::COLOR_ATTACHMENT_OUTPUT, Mask::NONE, false);
+    cell
 }
 
 /// Memory that another graph on the same queue has drawn to.
 fn continued(owner: usize) -> Cell {
     let (stage, write) = (Stage::COLOR_ATTACHMENT_OUTPUT, Mask::COLOR_ATTACHMENT_WRITE);
     let mut cell = Cell { ops: Vec::new(), owner: Some(owner) };
-    record(&mut cell, stage, write, true);
+    record(&mut cell, owner, stage, write, true);
     cell
 }
 
-fn cut(resources: usize, placed: Option<(&AliasPlan, &[Option<Requirement>])>) -> (Vec<Range<usize>>, usize) {
+fn cut(resources: usize, placed: Placed<'_>) -> (Vec<Range<usize>>, usize) {
     let block = |index: usize| {
         let (alias, requirements) = placed?;
         let placement = alias.placements[index]?;
@@ -141,29 +196,38 @@ fn cut(resources: usize, placed: Option<(&AliasPlan, &[Option<Requirement>])>) -
     (ranges, cuts.len() + resources)
 }
 
+fn apply_takeover(barrier: &MemoryBarrier, cell: &mut Cell) {
+    let seen = pairs(barrier.dst_stage, barrier.dst_access);
+    for op in &mut cell.ops {
+        if reaches(op, barrier.src_stage) {
+            op.ordered |= barrier.dst_stage.as_raw();
+            make_visible(op, barrier.src_stage, barrier.src_access, &seen);
+        }
+    }
+}
+
 fn apply(barrier: &Barrier, layout: &mut ImageLayout, cells: &mut [Cell]) -> Result<(), &'static str> {
-    let (src, dst) = (barrier.src_stage.as_raw(), barrier.dst_stage.as_raw());
     let seen = pairs(barrier.dst_stage, barrier.dst_access);
     let transition = barrier.old_layout != barrier.new_layout;
+    let through = barrier.resource.index();
     if transition {
         if barrier.old_layout != ImageLayout::UNDEFINED && barrier.old_layout != *layout {
             return Err("transition from a layout the image is not in");
         }
         *layout = barrier.new_layout;
     }
+    let ordered = barrier.dst_stage.as_raw();
     for cell in cells {
         for op in &mut cell.ops {
-            let covered = (op.stage | op.ordered) & src != 0;
-            if transition && !covered {
-                return Err("transition not ordered after an earlier use");
-            }
-            if !covered {
+            if !reaches(op, barrier.src_stage) {
+                if transition {
+                    return Err("transition not ordered after an earlier use");
+                }
                 continue;
             }
-            op.available |= op.stage & src != 0 && op.write & barrier.src_access.as_raw() != 0;
-            op.ordered |= dst;
-            if op.write != 0 && op.available {
-                op.visible.extend(&seen);
+            op.ordered |= ordered;
+            if op.through == through {
+                make_visible(op, barrier.src_stage, barrier.src_access, &seen);
             }
             if transition && op.write != 0 && !op.available {
                 return Err("transition of contents not made available");
@@ -174,10 +238,23 @@ fn apply(barrier: &Barrier, layout: &mut ImageLayout, cells: &mut [Cell]) -> Res
                 cell.owner = None;
             }
             let visible = seen.clone();
-            cell.ops = vec![Op { stage: 0, write: u64::MAX, ordered: dst, available: true, visible }];
+            let (write, available) = (u64::MAX, true);
+            cell.ops = vec![Op { through, stage: 0, write, ordered, ordered_before: 0, available, visible }];
         }
     }
     Ok(())
+}
+
+/// Whether the source stages of a barrier cover an operation, itself or by an earlier barrier.
+fn reaches(op: &Op, src: Stage) -> bool {
+    (op.stage | op.ordered_before) & src.as_raw() != 0
+}
+
+fn make_visible(op: &mut Op, src: Stage, access: Mask, seen: &HashSet<(u64, u64)>) {
+    op.available |= op.stage & src.as_raw() != 0 && op.write & access.as_raw() != 0;
+    if op.write != 0 && op.available {
+        op.visible.extend(seen);
+    }
 }
 
 fn judge(cell: &Cell, stages: Stage, access: Mask, reads: bool, writes: bool) -> Result<(), &'static str> {
@@ -197,10 +274,11 @@ fn judge(cell: &Cell, stages: Stage, access: Mask, reads: bool, writes: bool) ->
     Ok(())
 }
 
-fn record(cell: &mut Cell, stages: Stage, access: Mask, write: bool) {
+fn record(cell: &mut Cell, through: usize, stages: Stage, access: Mask, write: bool) {
     let write = if write { access.as_raw() & writing() } else { 0 };
     for stage in bits(stages.as_raw()) {
-        cell.ops.push(Op { stage, write, ordered: 0, available: false, visible: HashSet::new() });
+        let visible = HashSet::new();
+        cell.ops.push(Op { through, stage, write, ordered: 0, ordered_before: 0, available: false, visible });
     }
 }
 

@@ -3,6 +3,7 @@
 mod aliasing;
 mod checker;
 mod errors;
+mod hoisting;
 mod random;
 mod scenarios;
 

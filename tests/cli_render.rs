@@ -43,7 +43,9 @@ fn graph_passes(options: &str) -> Vec<String> {
     let args: Vec<&str> = SMALL.split(' ').chain(options.split_whitespace()).chain(["--print-graph"]).collect();
     let dot = succeed(&args).stdout;
     let labels = dot.lines().filter_map(|line| line.split_once("[shape=box, label=\"")).map(|(_, label)| label);
-    labels.map(|label| label.split("\\n").next().unwrap().to_owned()).collect()
+    let found: Vec<String> = labels.map(|label| label.split("\\n").next().unwrap().to_owned()).collect();
+    assert!(found.len() > 3, "{options}: {found:?}");
+    found
 }
 
 fn table_passes(table: &str) -> Vec<String> {

@@ -50,7 +50,10 @@ fn graph_resources(options: &str) -> BTreeSet<String> {
     let dot = succeed(&all).stdout;
     let labels =
         dot.lines().filter(|line| line.contains("shape=ellipse")).filter_map(|line| line.split_once("label=\""));
-    labels.map(|(_, label)| label.split(['\\', '"']).next().unwrap().to_owned()).collect()
+    let found: BTreeSet<String> =
+        labels.map(|(_, label)| label.split(['\\', '"']).next().unwrap().to_owned()).collect();
+    assert!(found.contains("frame_data") && found.len() > 9, "{options}: {found:?}");
+    found
 }
 
 /// Reads the file, which must be what its entry says.

@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::compare::Verdict;
-use common::rooms::{add_quad, camera, lamp_room};
+use common::compare::{Verdict, within};
+use common::rooms::{camera, furnished_room, lamp_room};
+use common::written::Written;
 use glam::Vec3;
 use gridlight::renderer::{Renderer, UploadedScene};
 use gridlight::scene::gltf;
@@ -33,22 +34,14 @@ fn render(scene: &UploadedScene, camera: &Camera, settings: &Settings, lighting:
         s.lgh.reservoir = reservoir;
     });
     let renderer = Renderer::new(&test.gpu, scene, camera, &settings).unwrap();
-    let names: Vec<String> = renderer.executor().graph().resources().iter().map(|r| r.name.clone()).collect();
-    let mut lit = Lit { lighting: Vec::new(), picks: Vec::new() };
-    let visit = |_, written: Vec<gridlight::gpu::Written>| {
-        for resource in written {
-            match names[resource.resource].as_str() {
-                "lighting" => lit.lighting = bytemuck::pod_collect_to_vec(&resource.bytes),
-                "reservoirs" => {
-                    let words: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&resource.bytes);
-                    lit.picks = words.iter().map(|[light, _]| *light).collect();
-                }
-                _ => {}
-            }
-        }
-        Ok(())
+    let pass = match lighting {
+        LightingMode::Volumes => "light_volumes",
+        LightingMode::Gather => "light_gather",
     };
-    renderer.run_and_read(visit).unwrap();
+    let written = Written::by(&renderer);
+    let words: Vec<[u32; 2]> = written.get(pass, "reservoirs").unwrap_or_default();
+    let lit = Lit { lighting: written.all(pass, "lighting"), picks: words.iter().map(|[light, _]| *light).collect() };
+    assert_eq!(lit.picks.len(), lit.lighting.len() * settings.many_lights.shadow_samples as usize);
     lit
 }
 
@@ -56,12 +49,12 @@ fn compare(volumes: &Lit, gather: &Lit) -> Verdict {
     assert_eq!(volumes.lighting.len(), gather.lighting.len());
     assert_eq!(volumes.picks.len(), gather.picks.len());
     // Radiance by its brightest channel; the sum of weights by itself.
-    let far = |a: &[f32; 4], b: &[f32; 4]| {
+    let near = |a: &[f32; 4], b: &[f32; 4]| {
         let brightest = a[0].max(a[1]).max(a[2]);
         let scale = [brightest, brightest, brightest, a[3]];
-        (0..4).any(|i| (a[i] - b[i]).abs() > LIGHTING_TOLERANCE * scale[i] || b[i].is_nan())
+        (0..4).all(|i| within(a[i] - b[i], LIGHTING_TOLERANCE * scale[i]))
     };
-    let wrong = volumes.lighting.iter().zip(&gather.lighting).position(|(a, b)| far(a, b));
+    let wrong = volumes.lighting.iter().zip(&gather.lighting).position(|(a, b)| !near(a, b));
     if let Some(pixel) = wrong {
         return Err(format!("lighting of {pixel}: {:?} {:?}", volumes.lighting[pixel], gather.lighting[pixel]));
     }
@@ -99,15 +92,6 @@ fn settings() -> Settings {
         s.picture.size = Size { width: 65, height: 37 };
         s.many_lights.vpls = 2000;
     })
-}
-
-/// The room with a table in it, so that tiles span depths, and an opening to the sky.
-fn furnished_room() -> Scene {
-    let mut scene = lamp_room(Vec3::new(0.7, 0.5, 0.3));
-    let top = |y: f32, h: f32| [Vec3::new(-h, y, h), Vec3::new(h, y, h), Vec3::new(h, y, -h), Vec3::new(-h, y, -h)];
-    add_quad(&mut scene, top(-0.4, 0.5));
-    add_quad(&mut scene, top(-0.9, 0.2).map(|p| p + Vec3::new(-1.0, 0.3, 0.6)));
-    scene
 }
 
 #[test]
@@ -228,12 +212,19 @@ fn gathering_equals_volumes_in_sponza() {
 fn planted_faults_are_noticed() {
     let Some((volumes, gather)) = both(&furnished_room(), &settings()) else { return };
     let fails = |what: &str, change: &dyn Fn(&mut Lit)| {
-        let mut wrong = gather.clone();
-        change(&mut wrong);
-        assert!(compare(&volumes, &wrong).is_err(), "{what} was not noticed");
+        for side in ["volumes", "gather"] {
+            let (mut a, mut b) = (volumes.clone(), gather.clone());
+            change(if side == "volumes" { &mut a } else { &mut b });
+            assert!(compare(&a, &b).is_err(), "{what} in {side} was not noticed");
+        }
     };
     fails("a pixel too bright", &|lit| lit.lighting[700][1] *= 1.0 + 3.0 * LIGHTING_TOLERANCE);
     fails("a wrong sum of weights", &|lit| lit.lighting[700][3] *= 1.0 + 3.0 * LIGHTING_TOLERANCE);
-    fails("a pixel that is no number", &|lit| lit.lighting[700][0] = f32::NAN);
+    for value in [f32::NAN, f32::INFINITY] {
+        for channel in 0..4 {
+            fails(&format!("{value} in channel {channel}"), &|lit| lit.lighting[700][channel] = value);
+        }
+        fails(&format!("all {value}"), &|lit| lit.lighting.fill([value; 4]));
+    }
     fails("other picks", &|lit| lit.picks.iter_mut().step_by(500).for_each(|light| *light ^= 1));
 }

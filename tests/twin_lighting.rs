@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::compare::Verdict;
+use common::compare::{Verdict, all_finite, near};
 use common::rooms::lamp_room;
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
@@ -88,18 +88,23 @@ fn tolerance() -> f32 {
     if common::gpu().gpu.report().limits.subpixel_bits < 8 { 4e-2 } else { 5e-3 }
 }
 
-/// All pixels but the odd one on an edge within the tolerance.
+/// All pixels but the odd one on an edge within the tolerance, and every one a number.
 fn compare(gpu: &[Vec3], cpu: &[Vec3]) -> Verdict {
+    assert_eq!(gpu.len(), cpu.len());
+    all_finite("pixel", gpu)?;
+    if !cpu.iter().any(|lighting| lighting.max_element() > 0.0) {
+        return Err("nothing is lit".to_owned());
+    }
     let tolerance = tolerance();
-    let far = |(a, b): &(&Vec3, &Vec3)| (**a - **b).abs().max_element() > tolerance * b.max_element();
-    let wrong = gpu.iter().zip(cpu).filter(far).count();
-    if wrong > gpu.len() / 100 {
-        let worst = gpu.iter().zip(cpu).position(|pair| far(&pair)).unwrap_or(0);
+    let far = |i: &usize| !near(gpu[*i], cpu[*i], tolerance * cpu[*i].max_element());
+    let wrong: Vec<usize> = (0..gpu.len()).filter(far).collect();
+    if wrong.len() > gpu.len() / 100 {
+        let (first, count) = (wrong[0], wrong.len());
         return Err(format!(
-            "{wrong} of {} pixels differ, the first {worst}: {} {}",
+            "{count} of {} pixels differ, the first {first}: {} {}",
             gpu.len(),
-            gpu[worst],
-            cpu[worst]
+            gpu[first],
+            cpu[first]
         ));
     }
     Ok(())
@@ -135,8 +140,19 @@ fn lighting_is_a_sum_over_all_lights() {
 }
 
 #[test]
-fn a_lighting_wrong_by_twice_the_tolerance_is_noticed() {
+fn planted_faults_are_noticed() {
     let (gpu, cpu) = both(LightingMode::Gather, 1.0, 1);
     let brighter: Vec<Vec3> = cpu.iter().map(|v| *v * (1.0 + 2.0 * tolerance())).collect();
-    assert!(compare(&gpu, &brighter).is_err());
+    assert!(compare(&gpu, &brighter).is_err(), "wrong by twice the tolerance");
+    for value in [f32::NAN, f32::INFINITY] {
+        let all = vec![Vec3::splat(value); gpu.len()];
+        assert!(compare(&all, &cpu).is_err() && compare(&gpu, &all).is_err(), "every pixel {value}");
+        for channel in 0..3 {
+            let mut one = gpu.clone();
+            one[500][channel] = value;
+            assert!(compare(&one, &cpu).is_err(), "one channel of one pixel {value}");
+        }
+    }
+    let black = vec![Vec3::ZERO; gpu.len()];
+    assert!(compare(&black, &black).is_err(), "a black picture");
 }

@@ -3,8 +3,12 @@
 mod common;
 mod support;
 
+use std::sync::Arc;
+
+use clap::ValueEnum;
 use common::GpuTest;
-use common::rooms::lamp_room;
+use common::compare::{all_finite, near};
+use common::rooms::{furnished_room, lamp_room};
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response, luminance};
@@ -32,7 +36,7 @@ fn settings(view: View) -> Settings {
     })
 }
 
-/// A view of the room with its picture and the renderer that made it.
+/// A view of a scene with its picture and the renderer that made it; every value is a number.
 struct Seen {
     values: Vec<Vec3>,
     picture: Vec<[u8; 3]>,
@@ -40,12 +44,18 @@ struct Seen {
 }
 
 fn see(test: &GpuTest, scene: &Scene, settings: &Settings) -> Seen {
-    let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
-    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
+    see_uploaded(&test.gpu, &UploadedScene::new(&test.gpu, scene).unwrap(), &scene.cameras[0], settings)
+}
+
+fn see_uploaded(gpu: &Arc<Gpu>, uploaded: &UploadedScene, camera: &Camera, settings: &Settings) -> Seen {
+    let mut renderer = Renderer::new(gpu, uploaded, camera, settings).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
-    let values = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
-    let picture = renderer.read_srgb().unwrap().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+    let values: Vec<Vec3> = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
+    let picture: Vec<_> = renderer.read_srgb().unwrap().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+    all_finite(&format!("{:?}", settings.view), &values).unwrap();
+    let pixels = (settings.size.width * settings.size.height) as usize;
+    assert_eq!((values.len(), picture.len()), (pixels, pixels));
     Seen { values, picture, renderer }
 }
 
@@ -69,11 +79,8 @@ fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, index: usize) -> (Vec3,
 /// Passes unless more than one pixel in a hundred (on an edge between walls) is wrong.
 fn nearly_all(pixels: impl Iterator<Item = bool>) -> bool {
     let found: Vec<bool> = pixels.collect();
+    assert!(!found.is_empty());
     found.iter().filter(|right| !**right).count() * 100 <= found.len()
-}
-
-fn near(a: Vec3, b: Vec3, tolerance: f32) -> bool {
-    (a - b).abs().max_element() <= tolerance
 }
 
 #[test]
@@ -348,34 +355,61 @@ fn points_are_where_the_lights_are_and_hidden_ones_are_not() {
 }
 
 #[test]
-fn the_program_writes_every_view_and_refuses_what_is_not_there() {
-    use clap::ValueEnum;
-    let folder = tempfile::tempdir().unwrap();
-    let options = ["--headless", "--validation", "--size", "160x90", "--vpls", "500", "--quiet"];
+fn every_view_gives_values_and_a_picture() {
+    let test = common::gpu();
+    let scene = furnished_room();
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     for view in View::value_variants() {
-        let name = view.to_possible_value().unwrap().get_name().to_owned();
-        for extension in ["png", "exr"] {
-            let path = folder.path().join(format!("{name}.{extension}"));
-            let output = path.to_str().unwrap();
-            support::succeed(&[&options[..], &["--view", &name, "--output", output]].concat());
-            if extension == "png" {
-                assert_eq!(read_png(&path).map(|(w, h, rgb)| (w, h, rgb.len())).unwrap(), (160, 90, 3 * 160 * 90));
-            } else {
-                assert!(read_exr(&path).unwrap().2.iter().all(|v| v.is_finite()), "{name}");
-            }
-        }
+        let seen = see_uploaded(&test.gpu, &uploaded, &scene.cameras[0], &settings(*view));
+        assert!(seen.values.iter().any(|v| *v != seen.values[0]) || *view == View::Albedo, "{view:?} shows one value");
+        assert!(seen.picture.iter().any(|p| *p != [0; 3]), "{view:?} is black");
     }
-    for (arguments, words) in [
-        ("--technique direct --view overdraw", ["direct", "overdraw"]),
-        ("--shadow-samples 0 --view shadow-ratio", ["shadow-samples 0", "shadow-ratio"]),
-        ("--filter none --view shadow-ratio-filtered", ["filter none", "shadow-ratio-filtered"]),
-        ("--technique path-trace --view vpls", ["path-trace", "vpls"]),
+}
+
+#[test]
+fn values_that_are_no_numbers_are_noticed() {
+    let mut values = vec![Vec3::ONE; 9];
+    assert!(all_finite("view", &values).is_ok() && near(values[3], Vec3::ONE, 0.1));
+    values[3].y = f32::NAN;
+    assert!(all_finite("view", &values).is_err() && !near(values[3], Vec3::ONE, 0.1));
+}
+
+#[test]
+fn views_that_are_not_there_are_refused() {
+    let test = common::gpu();
+    let scene = room();
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    for (settings, words) in [
+        (Settings { technique: Technique::Direct, ..settings(View::Overdraw) }, ["direct", "overdraw"]),
+        (Settings { shadow_samples: 0, ..settings(View::ShadowRatio) }, ["shadow-samples 0", "shadow-ratio"]),
+        (
+            Settings { filter: Filter::None, ..settings(View::ShadowRatioFiltered) },
+            ["filter none", "shadow-ratio-filtered"],
+        ),
+        (Settings { technique: Technique::PathTrace, ..settings(View::Vpls) }, ["path-trace", "vpls"]),
     ] {
-        let mut command = support::program();
-        command.args(options).args(arguments.split(' ')).arg("--output").arg(folder.path().join("no.png"));
-        let run = support::run(command);
-        assert_eq!((run.code, run.stderr.lines().count()), (Some(2), 1), "{}", run.stderr);
-        assert!(words.iter().all(|word| run.stderr.contains(word)), "{}", run.stderr);
-        assert!(!folder.path().join("no.png").exists());
+        let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &settings).err().unwrap();
+        assert_eq!(error.exit_code(), 2, "{error}");
+        assert!(words.iter().all(|word| error.to_string().contains(word)), "{error}");
     }
+}
+
+#[test]
+fn the_program_writes_a_view_and_refuses_what_is_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--headless", "--validation", "--size", "80x45", "--vpls", "500", "--quiet"];
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (png, exr, none) = (path("a.png"), path("a.exr"), path("no.png"));
+    support::succeed(&[&options[..], &["--view", "light-count", "--output", &png]].concat());
+    assert_eq!(read_png(&png).map(|(w, h, rgb)| (w, h, rgb.len())).unwrap(), (80, 45, 3 * 80 * 45));
+    support::succeed(&[&options[..], &["--view", "level-weights", "--output", &exr]].concat());
+    let (width, height, values) = read_exr(&exr).unwrap();
+    assert_eq!((width, height, values.len()), (80, 45, 3 * 80 * 45));
+    assert!(values.iter().all(|v| v.is_finite()));
+    let mut command = support::program();
+    command.args(options).args(["--technique", "direct", "--view", "overdraw", "--output", &none]);
+    let run = support::run(command);
+    assert_eq!((run.code, run.stderr.lines().count()), (Some(2), 1), "{}", run.stderr);
+    assert!(["direct", "overdraw"].iter().all(|word| run.stderr.contains(word)), "{}", run.stderr);
+    assert!(!std::path::Path::new(&none).exists());
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use glam::Vec3;
 use gridlight::cpu::count_lights::LevelTable;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::LightList;
@@ -39,9 +40,23 @@ pub fn grid_lights(gpu: &[GridLight], twin: &[GridLight], grid: &Grid, first: us
     Ok(())
 }
 
-/// False for what is not a number.
-fn within<T: Into<f64>>(difference: T, tolerance: T) -> bool {
-    difference.into().abs() <= tolerance.into()
+/// False for what is not a number, and where the tolerance is none.
+pub fn within<T: Into<f64>>(difference: T, tolerance: T) -> bool {
+    let tolerance = tolerance.into();
+    tolerance.is_finite() && difference.into().abs() <= tolerance
+}
+
+/// [`within`] in every component. The largest component would not do: `max` drops what is not a number.
+pub fn near(a: Vec3, b: Vec3, tolerance: f32) -> bool {
+    (a - b).to_array().iter().all(|difference| within(*difference, tolerance))
+}
+
+/// The first of `values` that is infinite or no number, as a complaint.
+pub fn all_finite(what: &str, values: &[Vec3]) -> Verdict {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(i) => Err(format!("{what}[{i}] is {}", values[i])),
+        None => Ok(()),
+    }
 }
 
 fn different_field(a: &GridLight, b: &GridLight, grid: &Grid) -> Option<&'static str> {

@@ -39,6 +39,7 @@ pub struct Options {
 }
 
 /// Everything the GPU made.
+#[derive(Clone)]
 pub struct Readback {
     /// Placement and levels.
     pub grid: Grid,

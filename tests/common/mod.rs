@@ -6,6 +6,7 @@ pub mod compare;
 pub mod hierarchy;
 pub mod light_sets;
 pub mod rooms;
+pub mod written;
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 

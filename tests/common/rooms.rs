@@ -19,6 +19,15 @@ pub fn lamp_room(albedo: Vec3) -> Scene {
     scene
 }
 
+/// The room with a table and a shelf in it, so that depth and normal break.
+pub fn furnished_room() -> Scene {
+    let mut scene = lamp_room(Vec3::new(0.7, 0.5, 0.3));
+    let top = |y: f32, h: f32| [Vec3::new(-h, y, h), Vec3::new(h, y, h), Vec3::new(h, y, -h), Vec3::new(-h, y, -h)];
+    add_quad(&mut scene, top(-0.4, 0.5));
+    add_quad(&mut scene, top(-0.9, 0.2).map(|p| p + Vec3::new(-1.0, 0.3, 0.6)));
+    scene
+}
+
 /// Adds a quad to a scene of one material.
 pub fn add_quad(scene: &mut Scene, quad: [Vec3; 4]) {
     let part = scene_from_quads("quad", &[quad], scene.materials[0].clone());

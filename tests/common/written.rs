@@ -1,0 +1,44 @@
+//! A frame run pass by pass, with what every pass left behind.
+
+use std::collections::BTreeMap;
+
+use gridlight::gpu::Executor;
+use gridlight::renderer::Renderer;
+use gridlight::shared::FrameData;
+
+/// What each pass has written, by the names of pass and resource.
+pub struct Written(BTreeMap<(String, String), Vec<u8>>);
+
+impl Written {
+    /// One frame of a renderer.
+    pub fn by(renderer: &Renderer) -> Self {
+        Self::by_graph(renderer.executor(), renderer.frame_data())
+    }
+
+    /// One run of a graph.
+    pub fn by_graph(executor: &Executor, data: &FrameData) -> Self {
+        let (passes, resources) = (executor.graph().passes(), executor.graph().resources());
+        let mut written = BTreeMap::new();
+        executor
+            .run_and_read(bytemuck::bytes_of(data), |pass, left| {
+                written.extend(left.into_iter().map(|left| {
+                    let resource = resources[left.resource].name.clone();
+                    ((passes[pass].name.clone(), resource), left.bytes)
+                }));
+                Ok(())
+            })
+            .unwrap();
+        Self(written)
+    }
+
+    /// What `pass` left in `resource`.
+    pub fn all<T: bytemuck::Pod>(&self, pass: &str, resource: &str) -> Vec<T> {
+        let bytes = self.0.get(&(pass.to_owned(), resource.to_owned()));
+        bytemuck::pod_collect_to_vec(bytes.unwrap_or_else(|| panic!("{pass} leaves no {resource}")))
+    }
+
+    /// The same where the frame has such a pass and resource.
+    pub fn get<T: bytemuck::Pod>(&self, pass: &str, resource: &str) -> Option<Vec<T>> {
+        self.0.get(&(pass.to_owned(), resource.to_owned())).map(|bytes| bytemuck::pod_collect_to_vec(bytes))
+    }
+}

@@ -144,7 +144,10 @@ fn every_s1_light_has_representatives_of_its_own_cells() {
                 let light = (word & ((1 << gpu.index_bits) - 1)) as usize;
                 assert!(light < count, "{count} lights: S1 light {index} names {light}");
                 let position = Vec3::from_array(std::array::from_fn(|i| f32::from_bits(lights.positions[light][i])));
-                assert!(near(position, at, h * 1.0001), "{count} lights: {light} is at {position}, S1 light {index} {at}");
+                assert!(
+                    near(position, at, h * 1.0001),
+                    "{count} lights: {light} is at {position}, S1 light {index} {at}"
+                );
             }
         }
     }

@@ -53,8 +53,8 @@ fn see_uploaded(gpu: &Arc<Gpu>, uploaded: &UploadedScene, camera: &Camera, setti
     renderer.wait(ticket).unwrap();
     let values: Vec<Vec3> = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
     let picture: Vec<_> = renderer.read_srgb().unwrap().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
-    all_finite(&format!("{:?}", settings.view), &values).unwrap();
-    let pixels = (settings.size.width * settings.size.height) as usize;
+    all_finite(&format!("{:?}", settings.render.view), &values).unwrap();
+    let pixels = (settings.picture.size.width * settings.picture.size.height) as usize;
     assert_eq!((values.len(), picture.len()), (pixels, pixels));
     Seen { values, picture, renderer }
 }
@@ -380,13 +380,16 @@ fn views_that_are_not_there_are_refused() {
     let scene = room();
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     for (settings, words) in [
-        (Settings { technique: Technique::Direct, ..settings(View::Overdraw) }, ["direct", "overdraw"]),
-        (Settings { shadow_samples: 0, ..settings(View::ShadowRatio) }, ["shadow-samples 0", "shadow-ratio"]),
+        (settings(View::Overdraw).changed(|s| s.render.technique = Technique::Direct), ["direct", "overdraw"]),
         (
-            Settings { filter: Filter::None, ..settings(View::ShadowRatioFiltered) },
+            settings(View::ShadowRatio).changed(|s| s.many_lights.shadow_samples = 0),
+            ["shadow-samples 0", "shadow-ratio"],
+        ),
+        (
+            settings(View::ShadowRatioFiltered).changed(|s| s.lgh.filter = Filter::None),
             ["filter none", "shadow-ratio-filtered"],
         ),
-        (Settings { technique: Technique::PathTrace, ..settings(View::Vpls) }, ["path-trace", "vpls"]),
+        (settings(View::Vpls).changed(|s| s.render.technique = Technique::PathTrace), ["path-trace", "vpls"]),
     ] {
         let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &settings).err().unwrap();
         assert_eq!(error.exit_code(), 2, "{error}");

@@ -138,12 +138,11 @@ fn take_over<P>(plan: &mut Plan, graph: &Graph<P>, resource: Handle, first: usiz
         dependency.dst_access |= scope.access;
     }
     let pass = &mut plan.passes[first];
-    pass.barriers
-        .iter_mut()
-        .filter(|barrier| barrier.resource == resource && barrier.is_transition())
-        .for_each(|barrier| {
+    pass.barriers.iter_mut().filter(|barrier| barrier.resource == resource && barrier.is_transition()).for_each(
+        |barrier| {
             barrier.src_stage |= dependency.src_stage;
             barrier.src_access |= dependency.src_access;
-        });
+        },
+    );
     *pass.takeover.get_or_insert_default() |= dependency;
 }

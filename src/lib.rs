@@ -10,6 +10,7 @@ pub mod frame;
 pub mod gpu;
 pub mod graph;
 pub mod interrupt;
+pub mod job;
 pub mod light_grid;
 pub mod passes;
 pub mod progress;
@@ -19,6 +20,7 @@ pub mod scene;
 pub mod settings;
 pub mod shader;
 pub mod shared;
+pub mod uploaded_scene;
 pub mod views;
 
 pub use error::{Error, Result};

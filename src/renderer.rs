@@ -9,123 +9,28 @@ use std::sync::Arc;
 use glam::Vec2;
 
 pub use self::live::{Showing, Told};
-use self::shape::{check_rays, measured_shape};
+use self::shape::measured_shape;
 pub use self::shape::{lighting_mode, reservoir_mode};
 use crate::camera::View;
 use crate::cpu::random::{hash, r2_sequence};
 use crate::error::Result;
 use crate::frame::{self, FrameOutputs};
-use crate::gpu::{
-    Executor, FrameResult, FrameTicket, Gpu, OnStep, SceneBytes, SceneData, SceneSet, SteppedFrame, Written,
-};
+use crate::gpu::{Executor, FrameResult, FrameTicket, OnStep, SteppedFrame, Written};
+pub use crate::job::Job;
 use crate::passes::readback::Readback;
 use crate::passes::{FrameShape, present, readback};
 use crate::report::image_files::Picture;
-use crate::scene::query_geometry::QueryGeometry;
-use crate::scene::upload::{self, PreparedScene};
-use crate::scene::{Aabb, Camera, Scene, bvh};
-use crate::settings::{Exposure, LightSet, Rays, Settings, Technique};
-use crate::shared::{FrameData, PunctualLight};
+use crate::scene::Camera;
+use crate::settings::{Exposure, LightSet, Settings, Technique};
+use crate::shared::FrameData;
+pub use crate::uploaded_scene::{ReadyScene, UploadedScene};
 use crate::views;
 use crate::views::legend::{self, Canvas};
 
 /// Rays start this fraction of the scene radius off the surface.
 const RAY_OFFSET: f32 = 1e-5;
 
-/// A scene uploaded to a device, with what the frame needs to know of it.
-pub struct UploadedScene {
-    set: Arc<SceneSet>,
-    bounds: Aabb,
-    first_point_light: u32,
-    light_count: u32,
-    has_structures: bool,
-    /// Directional and spot lights, as uploaded.
-    other_lights: Vec<PunctualLight>,
-}
-
-/// What of a scene is computed before it is uploaded; needs no device.
-pub struct ReadyScene {
-    bvh: bvh::SceneBvh,
-    prepared: PreparedScene,
-}
-
-impl ReadyScene {
-    /// Builds the BVH and everything else that the upload needs, for a device whose image arrays end at `array_layers`.
-    #[must_use]
-    pub fn new(scene: &Scene, array_layers: u32) -> Self {
-        let bvh = bvh::build(scene);
-        log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
-        Self { bvh, prepared: upload::prepare(scene, array_layers) }
-    }
-}
-
 impl UploadedScene {
-    /// Builds the BVH and uploads everything, for `--rays bvh`.
-    ///
-    /// # Errors
-    /// When a part of the scene does not fit the device.
-    pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
-        Self::with_rays(gpu, scene, Rays::Bvh)
-    }
-
-    /// The same with what `rays` needs beside the BVH. Either kind of rays can then be asked for.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] when the device has no such rays; when a part of the scene does not fit the device.
-    pub fn with_rays(gpu: &Arc<Gpu>, scene: &Scene, rays: Rays) -> Result<Self> {
-        Self::upload(gpu, scene, &ReadyScene::new(scene, gpu.report().limits.array_layers), rays)
-    }
-
-    /// Uploads a scene that was made ready before, such as on another thread.
-    ///
-    /// # Errors
-    /// Those of [`Self::with_rays`].
-    pub fn upload(gpu: &Arc<Gpu>, scene: &Scene, ready: &ReadyScene, rays: Rays) -> Result<Self> {
-        check_rays(gpu, rays)?;
-        let ReadyScene { bvh, prepared } = ready;
-        let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
-        let query = (rays == Rays::Query).then(|| QueryGeometry::new(scene, &bvh.triangles));
-        let data = SceneData {
-            query: query.as_ref(),
-            nodes: bytemuck::cast_slice(&bvh.nodes),
-            triangles: bytemuck::cast_slice(&bvh.triangles),
-            vertices: bytemuck::cast_slice(&scene.vertices),
-            indices: bytemuck::cast_slice(&scene.indices),
-            materials: bytemuck::cast_slice(materials),
-            lights: bytemuck::cast_slice(lights),
-            albedo_size_px: albedo.size_px,
-            albedo_layers: &albedo.layers,
-            textures,
-            material_textures,
-            draws: &scene.draws,
-        };
-        let set = Arc::new(SceneSet::new(gpu, &data)?);
-        let other_lights = lights[..*first_point_light as usize].to_vec();
-        let (first_point_light, light_count) = (*first_point_light, lights.len() as u32);
-        Ok(Self {
-            set,
-            bounds: scene.bounds,
-            first_point_light,
-            light_count,
-            has_structures: query.is_some(),
-            other_lights,
-        })
-    }
-
-    /// Triangles, materials and lights as shaders read them; waits.
-    ///
-    /// # Errors
-    /// When the device is lost or has no memory.
-    pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<SceneBytes> {
-        self.set.read_back(gpu)
-    }
-
-    /// Punctual lights of the scene.
-    #[must_use]
-    pub fn light_count(&self) -> u32 {
-        self.light_count
-    }
-
     /// Lights that the direct pass shades: all that are not in the hierarchy.
     fn direct_lights(&self, settings: &Settings) -> u32 {
         self.light_count - self.hierarchy_lights(settings)
@@ -167,48 +72,34 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Usage`] when the settings do not fit the device; device errors.
-    pub fn new(gpu: &Arc<Gpu>, scene: &UploadedScene, camera: &Camera, settings: &Settings) -> Result<Self> {
-        let shape = measured_shape(gpu, scene, camera, settings)?;
-        Self::with_shape(gpu, scene, camera, settings, shape)
+    pub fn new(job: &Job<'_>) -> Result<Self> {
+        Self::with_shape(job, measured_shape(job)?)
     }
 
     /// Compiles a frame of a known shape, such as that of another renderer with fragments counted.
     ///
     /// # Errors
     /// Device errors.
-    pub fn with_shape(
-        gpu: &Arc<Gpu>,
-        scene: &UploadedScene,
-        camera: &Camera,
-        settings: &Settings,
-        shape: FrameShape,
-    ) -> Result<Self> {
-        Self::compile(gpu, scene, camera, settings, shape, None)
+    pub fn with_shape(job: &Job<'_>, shape: FrameShape) -> Result<Self> {
+        Self::compile(job, shape, None)
     }
 
-    fn compile(
-        gpu: &Arc<Gpu>,
-        scene: &UploadedScene,
-        camera: &Camera,
-        settings: &Settings,
-        shape: FrameShape,
-        showing: Option<Showing>,
-    ) -> Result<Self> {
-        let technique = settings.render.technique;
+    fn compile(job: &Job<'_>, shape: FrameShape, showing: Option<Showing>) -> Result<Self> {
+        let technique = job.settings.render.technique;
         let (mut graph, outputs) = frame::build(technique, shape.clone());
         let shown = showing.map(|showing| {
             let told = readback::add(&mut graph, &outputs);
             present::add(&mut graph, outputs.tone_mapped.picture, showing.format, showing.part);
             (showing, told)
         });
-        let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
-        executor.set_max_submit_ms(f64::from(settings.device.max_submit_ms));
-        let data = frame_data(gpu, scene, camera, settings, &shape);
+        let mut executor = Executor::new(job.gpu, graph, Some(Arc::clone(&job.scene.set)))?;
+        executor.set_max_submit_ms(f64::from(job.settings.device.max_submit_ms));
+        let data = frame_data(job, &shape);
         Ok(Self {
             executor,
             outputs,
-            camera: camera.clone(),
-            seed: settings.picture.seed,
+            camera: job.camera.clone(),
+            seed: job.settings.picture.seed,
             data,
             shape,
             technique,
@@ -341,7 +232,8 @@ fn sampling_point(seed: u32, number: u32) -> Vec2 {
 }
 
 /// The frame's constants.
-fn frame_data(gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Settings, shape: &FrameShape) -> FrameData {
+fn frame_data(job: &Job<'_>, shape: &FrameShape) -> FrameData {
+    let Job { gpu, scene, camera, settings } = job;
     let view = View::new(camera, shape.width_px, shape.height_px, Vec2::ZERO);
     let radius = scene.bounds.radius();
     // A rasteriser moves corners to the nearest of 2^bits positions per pixel; this is that step at distance 1.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use common::gpu;
 use gridlight::gpu::Gpu;
-use gridlight::renderer::{Fresh, Renderer, UploadedScene};
+use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::{Scene, gltf};
 use gridlight::settings::{Settings, Size, Switch};
 
@@ -19,7 +19,7 @@ fn courtyard() -> Scene {
 /// Radiance after each of the frames `numbers`, rendered one after the other.
 fn frames(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, fresh: Fresh, numbers: &[u32]) -> Vec<Vec<f32>> {
     let uploaded = UploadedScene::new(gpu, scene).unwrap();
-    let mut renderer = Renderer::new(gpu, &uploaded, &scene.cameras[0], settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
     let render = |number: &u32| {
         renderer.set_accumulated_frame(*number, fresh);
         let ticket = renderer.submit().unwrap();

@@ -6,7 +6,7 @@ use common::compare::{Verdict, within};
 use common::rooms::{camera, furnished_room, lamp_room};
 use common::written::Written;
 use glam::Vec3;
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::gltf;
 use gridlight::scene::testing::{box_room, shared_dir};
 use gridlight::scene::{Camera, Light, Scene};
@@ -33,7 +33,7 @@ fn render(scene: &UploadedScene, camera: &Camera, settings: &Settings, lighting:
         s.lgh.lighting = Some(lighting);
         s.lgh.reservoir = reservoir;
     });
-    let renderer = Renderer::new(&test.gpu, scene, camera, &settings).unwrap();
+    let renderer = Renderer::new(&Job::new(&test.gpu, scene, camera, &settings)).unwrap();
     let pass = match lighting {
         LightingMode::Volumes => "light_volumes",
         LightingMode::Gather => "light_gather",

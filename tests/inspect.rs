@@ -9,7 +9,7 @@ use common::written::Written;
 use glam::{Mat4, Vec3};
 use gridlight::cpu::lights::luminance;
 use gridlight::passes::FrameShape;
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::settings::{LightSet, Settings, ShadowPoints, Size, Switch, Technique, View};
 use gridlight::shared::{
     FrameData, GridLight, InspectedPixel, NO_LIGHT, SAMPLE_BLOCKED, SAMPLE_EMPTY, SAMPLE_UNLIT, SAMPLE_VISIBLE,
@@ -45,9 +45,9 @@ impl Inspector {
         let scene = lamp_room(ALBEDO);
         let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
         let camera = &scene.cameras[0];
-        let shape = Renderer::new(&test.gpu, &uploaded, camera, settings).unwrap().shape().clone();
+        let shape = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap().shape().clone();
         let shape = FrameShape { inspect: true, ..shape };
-        let renderer = Renderer::with_shape(&test.gpu, &uploaded, camera, settings, shape).unwrap();
+        let renderer = Renderer::with_shape(&Job::new(&test.gpu, &uploaded, camera, settings), shape).unwrap();
         Self { renderer, _test: test }
     }
 

@@ -4,7 +4,7 @@ mod common;
 
 use common::rooms::lamp_room;
 use glam::Vec3;
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::settings::{Levels, Settings, Size};
 use gridlight::shared::DISPATCH_WIDTH;
 
@@ -25,7 +25,7 @@ fn every_path_beyond_a_row_of_workgroups_is_traced() {
         s.lgh.levels = levels;
         s.many_lights.shadow_samples = 0;
     });
-    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
     let lights = renderer.outputs().hierarchy.unwrap().lights;

@@ -4,7 +4,7 @@ mod common;
 
 use common::rooms::{add_quad, camera};
 use glam::Vec3;
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, shared_dir};
 use gridlight::scene::{Draw, Light, Material, Scene, Texture, gltf};
 use gridlight::settings::{LightSet, Rays, Settings, ShadowPoints, Size, Technique, View};
@@ -54,7 +54,7 @@ fn one_ray_each(rays: Rays) -> Settings {
 }
 
 fn render(test: &common::GpuTest, uploaded: &UploadedScene, scene: &Scene, settings: &Settings) -> Vec<f32> {
-    let mut renderer = Renderer::new(&test.gpu, uploaded, &scene.cameras[0], settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, uploaded, &scene.cameras[0], settings)).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
     renderer.read_radiance().unwrap()

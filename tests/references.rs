@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use common::rooms::{add_quad, camera};
 use glam::Vec3;
-use gridlight::renderer::{Fresh, Renderer, UploadedScene};
+use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Filter, Settings, Size, Switch, Technique};
@@ -28,7 +28,7 @@ fn settings(technique: Technique) -> Settings {
 fn render(scene: &Scene, settings: &Settings) -> Vec<Vec3> {
     let test = common::gpu();
     let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
-    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
     for number in 0..settings.render.accumulate {
         if settings.render.accumulate > 1 {
             renderer.set_accumulated_frame(number, Fresh::All);
@@ -243,7 +243,8 @@ fn a_stopped_reference_keeps_its_brightness() {
     let scene = sphere(0.5);
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     for technique in [Technique::PathTrace, Technique::BruteForce] {
-        let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &settings(technique)).unwrap();
+        let mut renderer =
+            Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings(technique))).unwrap();
         let frame = renderer.run_in_steps(0.001, &mut |_, _| ControlFlow::Break(())).unwrap();
         assert!(frame.rounds_done > 0 && frame.rounds_done < frame.rounds, "{frame:?}");
         let pixels: Vec<Vec3> = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();

@@ -5,7 +5,7 @@ mod common;
 use common::compare::chi_square;
 use glam::Vec3;
 use gridlight::cpu::reservoir::{Stream, select_exact, select_streaming};
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::scene_from_quads;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Filter, Reservoir, Settings, ShadowPoints, Size};
@@ -101,7 +101,7 @@ fn settings(reservoir: Reservoir, seed: u32) -> Settings {
 
 fn render(test: &common::GpuTest, scene: &Scene, settings: &Settings) -> Vec<f32> {
     let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
-    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
     renderer.read_radiance().unwrap()

@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use glam::Vec3;
 use gridlight::gpu::{Gpu, Work};
 use gridlight::passes::FrameShape;
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
@@ -159,11 +159,11 @@ fn render(
     camera: &gridlight::scene::Camera,
     settings: &Settings,
 ) -> BTreeSet<String> {
-    let mut renderer = Renderer::new(gpu, scene, camera, settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(gpu, scene, camera, settings)).unwrap();
     let (count_overdraw, inspect) = (settings.lgh.first_level == 0, settings.many_lights.shadow_samples != 1);
     if count_overdraw || inspect {
         let shape = FrameShape { count_overdraw, inspect, ..renderer.shape().clone() };
-        renderer = Renderer::with_shape(gpu, scene, camera, settings, shape).unwrap();
+        renderer = Renderer::with_shape(&Job::new(gpu, scene, camera, settings), shape).unwrap();
     }
     for _ in 0..2 {
         let ticket = renderer.submit().unwrap();
@@ -234,17 +234,17 @@ fn the_fallbacks_of_the_baseline_run() {
     assert!(used.contains("light_volumes/shade_light_volume_lock.frag"));
     let scene = room();
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
-    let gathered = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &small()).unwrap();
+    let gathered = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &small())).unwrap();
     assert_eq!(gathered.shape().reservoir, Reservoir::Exact);
     let volumes = small().changed(|s| s.lgh.lighting = Some(LightingMode::Volumes));
-    let defaults = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &volumes).unwrap();
+    let defaults = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &volumes)).unwrap();
     assert_eq!(defaults.shape().reservoir, Reservoir::Lock);
     assert_eq!(defaults.shape().lighting_format, ash::vk::Format::R16G16B16A16_SFLOAT);
     let exact = volumes.changed(|s| s.lgh.reservoir = Some(Reservoir::Exact));
-    let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &exact).err().unwrap();
+    let error = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &exact)).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
     let query = small().changed(|s| s.picture.rays = Rays::Query);
-    let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &query).err().unwrap();
+    let error = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &query)).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
     assert!(error.to_string().contains("--rays query needs VK_KHR_ray_query"), "{error}");
 }

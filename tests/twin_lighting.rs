@@ -8,7 +8,7 @@ use common::rooms::lamp_room;
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response};
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{LightingMode, Settings, Size, Technique};
@@ -36,7 +36,7 @@ fn settings(lighting: LightingMode, alpha: f32, first_level: u32) -> Settings {
 fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Option<Grid>) {
     let test = common::gpu();
     let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
-    let mut renderer = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
     let radiance = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();

@@ -13,7 +13,7 @@ use glam::Vec3;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response, luminance};
 use gridlight::gpu::Gpu;
-use gridlight::renderer::{Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::report::image_files::{read_exr, read_png};
 use gridlight::report::statistics;
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
@@ -48,7 +48,7 @@ fn see(test: &GpuTest, scene: &Scene, settings: &Settings) -> Seen {
 }
 
 fn see_uploaded(gpu: &Arc<Gpu>, uploaded: &UploadedScene, camera: &Camera, settings: &Settings) -> Seen {
-    let mut renderer = Renderer::new(gpu, uploaded, camera, settings).unwrap();
+    let mut renderer = Renderer::new(&Job::new(gpu, uploaded, camera, settings)).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
     let values: Vec<Vec3> = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
@@ -217,7 +217,8 @@ fn overdraw_is_what_the_statistics_count() {
         let settings = settings(View::Final).changed(|s| s.lgh.interleave = interleave);
         let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
         let whole = see(&test, &scene, &settings);
-        let counts = statistics::count(&test.gpu, &uploaded, &scene.cameras[0], &settings, &whole.renderer).unwrap();
+        let counts =
+            statistics::count(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings), &whole.renderer).unwrap();
         let sum: f64 = seen.values.iter().map(|v| f64::from(v.x)).sum();
         let most = seen.values.iter().fold(0.0, |most: f32, v| most.max(v.x));
         let mean = sum / seen.values.len() as f64;
@@ -391,7 +392,7 @@ fn views_that_are_not_there_are_refused() {
         ),
         (settings(View::Vpls).changed(|s| s.render.technique = Technique::PathTrace), ["path-trace", "vpls"]),
     ] {
-        let error = Renderer::new(&test.gpu, &uploaded, &scene.cameras[0], &settings).err().unwrap();
+        let error = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).err().unwrap();
         assert_eq!(error.exit_code(), 2, "{error}");
         assert!(words.iter().all(|word| error.to_string().contains(word)), "{error}");
     }

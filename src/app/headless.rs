@@ -8,7 +8,7 @@ use super::frames::{Frames, run_frames};
 use crate::gpu::{FrameCapture, Gpu, GpuOptions};
 use crate::graph::to_dot;
 use crate::progress::{Bar, Progress};
-use crate::renderer::{Fresh, Renderer, UploadedScene};
+use crate::renderer::{Fresh, Job, Renderer, UploadedScene};
 use crate::report::dump;
 use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::files::Outputs;
@@ -36,7 +36,8 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let scene = load_scene(settings, &progress)?;
     let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
-    let mut renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
+    let job = Job::new(&gpu, &uploaded, camera, settings);
+    let mut renderer = Renderer::new(&job)?;
     let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, capture, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
     let mut frame_count = frames.len();
@@ -46,7 +47,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
                 renderer.set_accumulated_frame(frame_count as u32, Fresh::All);
                 frame_count += 1;
             }
-            Some(write_dump(target, settings, &gpu, (&scene, &uploaded, camera), &renderer)?)
+            Some(write_dump(target, &job, &scene, &renderer)?)
         }
         _ => None,
     };
@@ -60,8 +61,8 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         None => None,
         Some(file) if file.kind() == FileKind::Csv => Some((file, to_csv(&frames)?)),
         Some(file) => {
-            let counts = statistics::count(&gpu, &uploaded, camera, settings, &renderer)?;
-            let mut report = report(settings, &gpu, &scene, camera, &renderer, times, counts);
+            let counts = statistics::count(&job, &renderer)?;
+            let mut report = report(&job, &scene, &renderer, times, counts);
             report.rays = rays;
             report.frames = frames.len() as u32;
             report.interrupted.clone_from(&interrupted);
@@ -100,7 +101,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     let scene = load_scene(settings, &Progress::hidden())?;
     let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
     let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.picture.rays)?;
-    let renderer = Renderer::new(&gpu, &uploaded, camera, settings)?;
+    let renderer = Renderer::new(&Job::new(&gpu, &uploaded, camera, settings))?;
     super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
     Ok(())
 }
@@ -175,42 +176,35 @@ pub(super) fn find_camera(scene: &Scene, wanted: Option<&str>) -> Result<Camera>
 
 /// Renders a frame into a dump that has no name yet: the last of a mean, else one more like the last. Pictures are of
 /// that frame too.
-fn write_dump(
-    target: DumpTarget,
-    settings: &Settings,
-    gpu: &Arc<Gpu>,
-    (scene, uploaded, camera): (&Scene, &UploadedScene, &Camera),
-    renderer: &Renderer,
-) -> Result<DumpFolder> {
+fn write_dump(target: DumpTarget, job: &Job<'_>, scene: &Scene, renderer: &Renderer) -> Result<DumpFolder> {
     let mut folder = target.begin()?;
-    let settings = &settings_as_used(settings, renderer);
-    let scene_info = &scene_info(settings, scene, camera);
-    dump::write(&mut folder, &dump::Sources { gpu, scene, uploaded, renderer, settings, scene_info })?;
+    let settings = &settings_as_used(job.settings, renderer);
+    let scene_info = &scene_info(settings, scene, job.camera);
+    let sources = dump::Sources { gpu: job.gpu, scene, uploaded: job.scene, renderer, settings, scene_info };
+    dump::write(&mut folder, &sources)?;
     Ok(folder)
 }
 
 fn report(
-    settings: &Settings,
-    gpu: &Gpu,
+    job: &Job<'_>,
     scene: &Scene,
-    camera: &Camera,
     renderer: &Renderer,
     times: RunTimes,
     counts: crate::report::timings::Counts,
 ) -> RunReport {
-    let settings = settings_as_used(settings, renderer);
+    let settings = settings_as_used(job.settings, renderer);
     RunReport {
         schema: SCHEMA,
         program: Program::this(),
-        device: Device::of(gpu.report()),
+        device: Device::of(job.gpu.report()),
         machine: Machine::here(),
-        scene: scene_info(&settings, scene, camera),
+        scene: scene_info(&settings, scene, job.camera),
         frames: settings.run.frames,
         interrupted: None,
         warmup: settings.run.warmup,
         settings,
         times,
-        memory: Memory { device_bytes: gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
+        memory: Memory { device_bytes: job.gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
         counts,
         rays: RayRates::default(),
     }

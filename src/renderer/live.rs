@@ -1,25 +1,15 @@
 //! Frames that a window shows: camera, lights and settings change while they run, and only what has another shape is
 //! compiled anew.
 
-use std::sync::Arc;
-
 use super::shape::{base_shape, check_lights, is_measured, measured_shape};
-use super::{Renderer, UploadedScene, frame_data};
+use super::{Renderer, frame_data};
 use crate::error::Result;
-use crate::gpu::{FrameResult, FrameTicket, Gpu, Shown};
+use crate::gpu::{FrameResult, FrameTicket, Shown};
+use crate::job::Job;
 use crate::passes::FrameShape;
 use crate::passes::present::{Part, WindowFormat};
-use crate::scene::Camera;
 use crate::settings::Settings;
 use crate::shared::{InspectedPixel, PunctualLight};
-
-impl UploadedScene {
-    /// Directional and spot lights, as uploaded.
-    #[must_use]
-    pub fn other_lights(&self) -> &[PunctualLight] {
-        &self.other_lights
-    }
-}
 
 /// What a window wants of its frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,46 +38,34 @@ pub struct Told {
 }
 
 impl Renderer {
-    /// A frame for a window. What `before` measured of the same scene is used again where `settings` leave it as it
+    /// A frame for a window. What `before` measured of the same scene is used again where the settings leave it as it
     /// was; `measured_with` are the settings that it was measured with.
     ///
     /// # Errors
     /// Those of [`Renderer::new`].
-    pub fn for_window(
-        gpu: &Arc<Gpu>,
-        scene: &UploadedScene,
-        camera: &Camera,
-        settings: &Settings,
-        showing: Showing,
-        before: Option<(&Self, &Settings)>,
-    ) -> Result<Self> {
+    pub fn for_window(job: &Job<'_>, showing: Showing, before: Option<(&Self, &Settings)>) -> Result<Self> {
+        let settings = job.settings;
         let known = before.filter(|(_, measured_with)| same_lights(settings, measured_with));
         let mut shape = match known {
             Some((before, _)) if is_measured(settings) => {
                 settings.validate_view()?;
-                check_lights(scene, settings)?;
-                with_measures(&base_shape(gpu, scene, settings)?, &before.shape)
+                check_lights(job)?;
+                with_measures(&base_shape(job)?, &before.shape)
             }
-            _ => measured_shape(gpu, scene, camera, settings)?,
+            _ => measured_shape(job)?,
         };
         shape.inspect = showing.inspect;
-        Self::compile(gpu, scene, camera, settings, shape, Some(showing))
+        Self::compile(job, shape, Some(showing))
     }
 
-    /// Whether frames of these settings are the ones compiled, but for their constants. `measured_with` are the
+    /// Whether frames of the job's settings are the ones compiled, but for their constants. `measured_with` are the
     /// settings that the renderer was made with.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] when the settings do not fit the device.
-    pub fn fits(
-        &self,
-        gpu: &Gpu,
-        scene: &UploadedScene,
-        settings: &Settings,
-        measured_with: &Settings,
-        showing: Showing,
-    ) -> Result<bool> {
-        let base = FrameShape { inspect: showing.inspect, ..base_shape(gpu, scene, settings)? };
+    pub fn fits(&self, job: &Job<'_>, measured_with: &Settings, showing: Showing) -> Result<bool> {
+        let settings = job.settings;
+        let base = FrameShape { inspect: showing.inspect, ..base_shape(job)? };
         let shape = if is_measured(settings) { with_measures(&base, &self.shape) } else { base };
         let same_window = self.shown.is_some_and(|(shown, _)| shown == showing);
         let same_kind =
@@ -99,10 +77,10 @@ impl Renderer {
     }
 
     /// Takes over the camera and whatever of the settings are constants of the frame.
-    pub fn update(&mut self, gpu: &Gpu, scene: &UploadedScene, camera: &Camera, settings: &Settings) {
-        self.camera = camera.clone();
-        self.seed = settings.picture.seed;
-        self.data = frame_data(gpu, scene, camera, settings, &self.shape);
+    pub fn update(&mut self, job: &Job<'_>) {
+        self.camera = job.camera.clone();
+        self.seed = job.settings.picture.seed;
+        self.data = frame_data(job, &self.shape);
     }
 
     /// Replaces the scene's directional and spot lights with the next frame.

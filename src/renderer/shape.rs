@@ -5,15 +5,16 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::capacity::{check_hierarchy, check_reservoirs, check_slots, scatter_mode};
-use super::{UploadedScene, frame_data};
+use super::frame_data;
 use crate::cpu::choose_levels::{LevelChoice, choose_levels};
 use crate::error::{Error, Result};
 use crate::frame;
 use crate::gpu::{Executor, Gpu};
+use crate::job::Job;
 use crate::light_grid::Levels;
 use crate::passes::FrameShape;
-use crate::scene::Camera;
 use crate::settings::{self, LightSet, LightingMode, Rays, Reservoir, Scatter, Settings, Technique};
+use crate::uploaded_scene::check_rays;
 
 /// Paths of the pilot run that measures how many VPLs a path leaves.
 const PILOT_PATHS: u32 = 16_384;
@@ -23,17 +24,12 @@ const FEW_VPLS_PER_PATH: f64 = 1.0 / 16.0;
 const CAPACITY_MARGIN: f64 = 1.25;
 
 /// Checks the settings and finds the frame's shape.
-pub(super) fn measured_shape(
-    gpu: &Arc<Gpu>,
-    scene: &UploadedScene,
-    camera: &Camera,
-    settings: &Settings,
-) -> Result<FrameShape> {
-    settings.validate_view()?;
-    check_lights(scene, settings)?;
-    let mut shape = base_shape(gpu, scene, settings)?;
-    if is_measured(settings) {
-        calibrate(gpu, scene, camera, settings, &mut shape)?;
+pub(super) fn measured_shape(job: &Job<'_>) -> Result<FrameShape> {
+    job.settings.validate_view()?;
+    check_lights(job)?;
+    let mut shape = base_shape(job)?;
+    if is_measured(job.settings) {
+        calibrate(job, &mut shape)?;
     }
     Ok(shape)
 }
@@ -47,7 +43,8 @@ pub(super) fn is_measured(settings: &Settings) -> bool {
 /// More direct lights than this make the direct pass slow enough to say so.
 const MANY_DIRECT_LIGHTS: u32 = 64;
 
-pub(super) fn check_lights(scene: &UploadedScene, settings: &Settings) -> Result<()> {
+pub(super) fn check_lights(job: &Job<'_>) -> Result<()> {
+    let Job { scene, settings, .. } = job;
     let point_lights = scene.light_count - scene.first_point_light;
     let many_lights = matches!(settings.render.technique, Technique::Lgh | Technique::BruteForce);
     if many_lights && settings.many_lights.lights == LightSet::Scene && point_lights == 0 {
@@ -72,17 +69,6 @@ pub fn lighting_mode(settings: &Settings) -> LightingMode {
     settings.lgh.lighting.unwrap_or(otherwise)
 }
 
-/// Fails where a device cannot trace rays in this way.
-pub(super) fn check_rays(gpu: &Gpu, rays: Rays) -> Result<()> {
-    if rays == Rays::Bvh || gpu.features().ray_query {
-        return Ok(());
-    }
-    Err(Error::Usage(
-        "--rays query needs VK_KHR_ray_query and VK_KHR_acceleration_structure, which this device lacks; use bvh"
-            .to_owned(),
-    ))
-}
-
 /// How a device updates reservoirs when these settings are asked for.
 ///
 /// # Errors
@@ -104,7 +90,8 @@ pub fn reservoir_mode(gpu: &Gpu, settings: &Settings) -> Result<Reservoir> {
 }
 
 /// The shape before calibration: sizes and modes; no paths, the fewest levels.
-pub(super) fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) -> Result<FrameShape> {
+pub(super) fn base_shape(job: &Job<'_>) -> Result<FrameShape> {
+    let Job { gpu, scene, settings, .. } = job;
     let features = gpu.features();
     let reservoir = reservoir_mode(gpu, settings)?;
     check_rays(gpu, settings.picture.rays)?;
@@ -156,17 +143,12 @@ pub(super) fn base_shape(gpu: &Gpu, scene: &UploadedScene, settings: &Settings) 
 }
 
 /// Finds path count, VPL count, levels and capacities by tracing the paths once before the first frame.
-fn calibrate(
-    gpu: &Arc<Gpu>,
-    scene: &UploadedScene,
-    camera: &Camera,
-    settings: &Settings,
-    shape: &mut FrameShape,
-) -> Result<()> {
+fn calibrate(job: &Job<'_>, shape: &mut FrameShape) -> Result<()> {
+    let Job { gpu, settings, .. } = job;
     if settings.many_lights.lights != LightSet::Scene {
         shape.path_count = PILOT_PATHS.min(settings.many_lights.vpls);
         shape.vpl_capacity = shape.slot_count();
-        let pilot = trace_lights(gpu, scene, camera, settings, shape)?.len() as u32 - shape.scene_light_count;
+        let pilot = trace_lights(job, shape)?.len() as u32 - shape.scene_light_count;
         let vpls_per_path = f64::from(pilot.max(1)) / f64::from(shape.path_count);
         let paths = (f64::from(settings.many_lights.vpls) / vpls_per_path).ceil();
         // Where few paths hit anything, as many paths as fit must do.
@@ -180,7 +162,7 @@ fn calibrate(
         shape.vpl_capacity =
             shape.slot_count().min((f64::from(settings.many_lights.vpls) * CAPACITY_MARGIN) as u32 + 1024);
     }
-    let positions = trace_lights(gpu, scene, camera, settings, shape)?;
+    let positions = trace_lights(job, shape)?;
     if positions.is_empty() {
         log::warn!("no light reaches the scene: there is no indirect light");
     }
@@ -201,16 +183,10 @@ fn calibrate(
 }
 
 /// Positions of the lights S0 for a shape.
-fn trace_lights(
-    gpu: &Arc<Gpu>,
-    scene: &UploadedScene,
-    camera: &Camera,
-    settings: &Settings,
-    shape: &FrameShape,
-) -> Result<Vec<[f32; 3]>> {
+fn trace_lights(job: &Job<'_>, shape: &FrameShape) -> Result<Vec<[f32; 3]>> {
     let (graph, lights) = frame::build_lights(shape.clone());
-    let mut executor = Executor::new(gpu, graph, Some(Arc::clone(&scene.set)))?;
-    let data = frame_data(gpu, scene, camera, settings, shape);
+    let mut executor = Executor::new(job.gpu, graph, Some(Arc::clone(&job.scene.set)))?;
+    let data = frame_data(job, shape);
     let ticket = executor.submit(bytemuck::bytes_of(&data))?;
     executor.wait(ticket)?;
     let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&executor.read_buffer(lights.counts)?);

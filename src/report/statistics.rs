@@ -1,14 +1,11 @@
 //! What a frame counted: lights, rays, overdraw. Read after the measured frames, the overdraw from one extra frame.
 
-use std::sync::Arc;
-
 use super::timings::Counts;
 use crate::Result;
-use crate::gpu::Gpu;
+use crate::job::Job;
 use crate::passes::FrameShape;
-use crate::renderer::{Renderer, UploadedScene};
-use crate::scene::Camera;
-use crate::settings::{Settings, View};
+use crate::renderer::Renderer;
+use crate::settings::View;
 
 /// Rays that the last frame traced for virtual point lights and for shadows.
 ///
@@ -23,13 +20,7 @@ pub fn rays(renderer: &Renderer) -> Result<[u64; 2]> {
 ///
 /// # Errors
 /// When the device is lost.
-pub fn count(
-    gpu: &Arc<Gpu>,
-    scene: &UploadedScene,
-    camera: &Camera,
-    settings: &Settings,
-    renderer: &Renderer,
-) -> Result<Counts> {
+pub fn count(job: &Job<'_>, renderer: &Renderer) -> Result<Counts> {
     let words =
         |buffer| -> Result<Vec<u32>> { Ok(bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(buffer)?)) };
     let [vpl_rays, shadow_rays] = rays(renderer)?;
@@ -44,7 +35,7 @@ pub fn count(
     counts.grid_lights_per_level = (1..=top as usize).map(|l| levels[2 * l + 1]).collect();
     warn_of_overflow(lights[2], levels.last().copied().unwrap_or(0));
     let shape = FrameShape { count_overdraw: true, view: View::Final, ..renderer.shape().clone() };
-    let (mean, most) = overdraw(Renderer::with_shape(gpu, scene, camera, settings, shape)?)?;
+    let (mean, most) = overdraw(Renderer::with_shape(job, shape)?)?;
     (counts.overdraw_mean, counts.overdraw_max) = (mean, most);
     Ok(counts)
 }

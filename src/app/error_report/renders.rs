@@ -9,7 +9,7 @@ use crate::compare::{Image, Tone, metrics};
 use crate::cpu::random::hash;
 use crate::gpu::Gpu;
 use crate::progress::{Bar, Progress};
-use crate::renderer::{Fresh, Renderer, UploadedScene};
+use crate::renderer::{Fresh, Job, Renderer, UploadedScene};
 use crate::scene::Camera;
 use crate::settings::{Settings, Technique};
 use crate::{Error, Result, interrupt};
@@ -100,7 +100,7 @@ impl<'a> Studio<'a> {
             Frames::OneAfter(count) => (count, 1),
         };
         let settings = settings.clone().changed(|s| s.render.accumulate = count);
-        let mut renderer = Renderer::new(self.gpu, self.scene, self.camera, &settings)?;
+        let mut renderer = Renderer::new(&Job::new(self.gpu, self.scene, self.camera, &settings))?;
         if matches!(settings.render.technique, Technique::Lgh | Technique::Direct) {
             // Some drivers compile shaders when they first run: that is no part of a frame of milliseconds.
             run_frame(&mut renderer, first, &settings, &|_| ())?;

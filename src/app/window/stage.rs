@@ -10,7 +10,7 @@ use crate::gpu::{
     Presented, Shown, Surface, Swapchain, Target, WindowSource, is_srgb,
 };
 use crate::passes::present::{Part, WindowFormat};
-use crate::renderer::{Fresh, Renderer, Showing, Told, UploadedScene};
+use crate::renderer::{Fresh, Job, Renderer, Showing, Told, UploadedScene};
 use crate::scene::{Camera, Scene};
 use crate::settings::Settings;
 use crate::shared::PunctualLight;
@@ -80,15 +80,15 @@ impl Side {
         Ok(Done { told: self.renderer.told(&result), result })
     }
 
-    fn prepare(&mut self, gpu: &Gpu, scene: &UploadedScene, settings: &Settings, request: &Request<'_>) {
-        self.renderer.update(gpu, scene, request.camera, settings);
+    fn prepare(&mut self, job: &Job<'_>, request: &Request<'_>) {
+        self.renderer.update(job);
         if self.renderer.shape().accumulate {
             self.renderer.set_accumulated_frame(request.number, Fresh::All);
         }
         if let Some([x, y]) = request.inspected {
             let pixel = |at: f32, edge: u32| ((at * edge as f32) as u32).min(edge.saturating_sub(1));
-            self.renderer
-                .inspect_pixel([pixel(x, settings.picture.size.width), pixel(y, settings.picture.size.height)]);
+            let size = job.settings.picture.size;
+            self.renderer.inspect_pixel([pixel(x, size.width), pixel(y, size.height)]);
         }
     }
 }
@@ -184,7 +184,7 @@ impl Stage {
     /// When the scene does not fit the device or the settings.
     pub fn set_scene(&mut self, loaded: Loaded, camera: &Camera, settings: &Settings) -> Result<()> {
         let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.picture.rays)?;
-        let main = self.compile_side(&uploaded, camera, settings, (Part::Whole, false), None)?;
+        let main = self.compile_side(&Job::new(&self.gpu, &uploaded, camera, settings), (Part::Whole, false), None)?;
         self.retire()?;
         self.show = Some(Show { main, held: None, uploaded });
         self.scene = Some(loaded.scene);
@@ -200,10 +200,11 @@ impl Stage {
         let Some(Show { main, held, uploaded }) = &self.show else { return Ok(false) };
         let part = if held.is_some() { Part::Right } else { Part::Whole };
         let Side { renderer, made_with } = main;
-        if renderer.fits(&self.gpu, uploaded, settings, made_with, self.showing(part, inspect))? {
+        let job = Job::new(&self.gpu, uploaded, camera, settings);
+        if renderer.fits(&job, made_with, self.showing(part, inspect))? {
             return Ok(false);
         }
-        let side = self.compile_side(uploaded, camera, settings, (part, inspect), Some(main))?;
+        let side = self.compile_side(&job, (part, inspect), Some(main))?;
         self.replace(|show| show.main = side)?;
         Ok(true)
     }
@@ -214,17 +215,18 @@ impl Stage {
     /// When the settings do not fit the device.
     pub fn adapt_held(&mut self, camera: &Camera, settings: Option<&Settings>, inspect: bool) -> Result<bool> {
         let Some(Show { main, held, uploaded }) = &self.show else { return Ok(false) };
+        let job = |settings| Job::new(&self.gpu, uploaded, camera, settings);
         let side = match (held, settings) {
             (None, None) => return Ok(false),
             (Some(_), None) => None,
             (Some(Side { renderer, made_with }), Some(settings))
-                if renderer.fits(&self.gpu, uploaded, settings, made_with, self.showing(Part::Left, inspect))? =>
+                if renderer.fits(&job(settings), made_with, self.showing(Part::Left, inspect))? =>
             {
                 return Ok(false);
             }
             (held, Some(settings)) => {
                 let before = held.as_ref().unwrap_or(main);
-                Some(self.compile_side(uploaded, camera, settings, (Part::Left, inspect), Some(before))?)
+                Some(self.compile_side(&job(settings), (Part::Left, inspect), Some(before))?)
             }
         };
         self.replace(|show| show.held = side)?;
@@ -252,7 +254,7 @@ impl Stage {
         let again = |side: &Side, part| {
             let before = (measures == Measures::Kept).then_some(side);
             let inspect = side.renderer.shape().inspect;
-            self.compile_side(uploaded, camera, &side.made_with, (part, inspect), before)
+            self.compile_side(&Job::new(&self.gpu, uploaded, camera, &side.made_with), (part, inspect), before)
         };
         let new_held = held.as_ref().map(|side| again(side, Part::Left)).transpose()?;
         let new_main = again(main, if held.is_some() { Part::Right } else { Part::Whole })?;
@@ -263,18 +265,11 @@ impl Stage {
         Showing { format: self.format, part, inspect }
     }
 
-    fn compile_side(
-        &self,
-        uploaded: &UploadedScene,
-        camera: &Camera,
-        settings: &Settings,
-        (part, inspect): (Part, bool),
-        before: Option<&Side>,
-    ) -> Result<Side> {
+    fn compile_side(&self, job: &Job<'_>, (part, inspect): (Part, bool), before: Option<&Side>) -> Result<Side> {
         let before = before.map(|side| (&side.renderer, &side.made_with));
         let showing = self.showing(part, inspect);
-        let renderer = Renderer::for_window(&self.gpu, uploaded, camera, settings, showing, before)?;
-        Ok(Side { renderer, made_with: settings.clone() })
+        let renderer = Renderer::for_window(job, showing, before)?;
+        Ok(Side { renderer, made_with: job.settings.clone() })
     }
 
     /// Changes the show once the frames under way have completed.
@@ -399,7 +394,7 @@ impl Stage {
 
 /// Submits the sides of a frame, the left one first.
 fn submit(
-    gpu: &Gpu,
+    gpu: &Arc<Gpu>,
     show: &mut Show,
     target: &Target,
     request: &Request<'_>,
@@ -412,7 +407,7 @@ fn submit(
     // The lights are the scene's: written by the first frame they are there for both.
     let mut lights = request.lights.as_deref();
     let mut begin = |side: &mut Side, settings, part_px| {
-        side.prepare(gpu, uploaded, settings, request);
+        side.prepare(&Job::new(gpu, uploaded, request.camera, settings), request);
         if let Some(lights) = lights.take() {
             side.renderer.update_lights(lights);
         }

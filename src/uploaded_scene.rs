@@ -1,0 +1,123 @@
+//! A scene on a device, and what is computed of it before it gets there.
+
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::gpu::{Gpu, SceneBytes, SceneData, SceneSet};
+use crate::scene::query_geometry::QueryGeometry;
+use crate::scene::upload::{self, PreparedScene};
+use crate::scene::{Aabb, Scene, bvh};
+use crate::settings::Rays;
+use crate::shared::PunctualLight;
+
+/// A scene uploaded to a device, with what the frame needs to know of it.
+pub struct UploadedScene {
+    pub(crate) set: Arc<SceneSet>,
+    pub(crate) bounds: Aabb,
+    pub(crate) first_point_light: u32,
+    pub(crate) light_count: u32,
+    pub(crate) has_structures: bool,
+    /// Directional and spot lights, as uploaded.
+    other_lights: Vec<PunctualLight>,
+}
+
+/// What of a scene is computed before it is uploaded; needs no device.
+pub struct ReadyScene {
+    bvh: bvh::SceneBvh,
+    prepared: PreparedScene,
+}
+
+impl ReadyScene {
+    /// Builds the BVH and everything else that the upload needs, for a device whose image arrays end at `array_layers`.
+    #[must_use]
+    pub fn new(scene: &Scene, array_layers: u32) -> Self {
+        let bvh = bvh::build(scene);
+        log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
+        Self { bvh, prepared: upload::prepare(scene, array_layers) }
+    }
+}
+
+impl UploadedScene {
+    /// Builds the BVH and uploads everything, for `--rays bvh`.
+    ///
+    /// # Errors
+    /// When a part of the scene does not fit the device.
+    pub fn new(gpu: &Arc<Gpu>, scene: &Scene) -> Result<Self> {
+        Self::with_rays(gpu, scene, Rays::Bvh)
+    }
+
+    /// The same with what `rays` needs beside the BVH. Either kind of rays can then be asked for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the device has no such rays; when a part of the scene does not fit the device.
+    pub fn with_rays(gpu: &Arc<Gpu>, scene: &Scene, rays: Rays) -> Result<Self> {
+        Self::upload(gpu, scene, &ReadyScene::new(scene, gpu.report().limits.array_layers), rays)
+    }
+
+    /// Uploads a scene that was made ready before, such as on another thread.
+    ///
+    /// # Errors
+    /// Those of [`Self::with_rays`].
+    pub fn upload(gpu: &Arc<Gpu>, scene: &Scene, ready: &ReadyScene, rays: Rays) -> Result<Self> {
+        check_rays(gpu, rays)?;
+        let ReadyScene { bvh, prepared } = ready;
+        let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
+        let query = (rays == Rays::Query).then(|| QueryGeometry::new(scene, &bvh.triangles));
+        let data = SceneData {
+            query: query.as_ref(),
+            nodes: bytemuck::cast_slice(&bvh.nodes),
+            triangles: bytemuck::cast_slice(&bvh.triangles),
+            vertices: bytemuck::cast_slice(&scene.vertices),
+            indices: bytemuck::cast_slice(&scene.indices),
+            materials: bytemuck::cast_slice(materials),
+            lights: bytemuck::cast_slice(lights),
+            albedo_size_px: albedo.size_px,
+            albedo_layers: &albedo.layers,
+            textures,
+            material_textures,
+            draws: &scene.draws,
+        };
+        let set = Arc::new(SceneSet::new(gpu, &data)?);
+        let other_lights = lights[..*first_point_light as usize].to_vec();
+        let (first_point_light, light_count) = (*first_point_light, lights.len() as u32);
+        Ok(Self {
+            set,
+            bounds: scene.bounds,
+            first_point_light,
+            light_count,
+            has_structures: query.is_some(),
+            other_lights,
+        })
+    }
+
+    /// Triangles, materials and lights as shaders read them; waits.
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn read_back(&self, gpu: &Arc<Gpu>) -> Result<SceneBytes> {
+        self.set.read_back(gpu)
+    }
+
+    /// Punctual lights of the scene.
+    #[must_use]
+    pub fn light_count(&self) -> u32 {
+        self.light_count
+    }
+
+    /// Directional and spot lights, as uploaded.
+    #[must_use]
+    pub fn other_lights(&self) -> &[PunctualLight] {
+        &self.other_lights
+    }
+}
+
+/// Fails where a device cannot trace rays in this way.
+pub(crate) fn check_rays(gpu: &Gpu, rays: Rays) -> Result<()> {
+    if rays == Rays::Bvh || gpu.features().ray_query {
+        return Ok(());
+    }
+    Err(Error::Usage(
+        "--rays query needs VK_KHR_ray_query and VK_KHR_acceleration_structure, which this device lacks; use bvh"
+            .to_owned(),
+    ))
+}

@@ -155,22 +155,6 @@ fn the_seed_decides_the_bytes() {
 }
 
 #[test]
-fn submissions_change_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    // The first frame has a submission for each pass, later ones as many as their times call for.
-    for (picture, options) in [
-        ("whole.exr", "--warmup 2 --max-submit-ms 1000000"),
-        ("split.exr", "--warmup 2 --max-submit-ms 1"),
-        ("passes.exr", ""),
-    ] {
-        render(folder.path(), picture, options);
-    }
-    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
-    assert!(bytes("whole.exr") == bytes("split.exr"), "split after the second frame");
-    assert!(bytes("whole.exr") == bytes("passes.exr"), "a submission for each pass");
-}
-
-#[test]
 fn a_settings_file_stands_for_the_options() {
     let folder = tempfile::tempdir().unwrap();
     let options = "--camera arcade --bounces 2 --alpha 1.5 --levels 4 --shadow-samples 0 --interleave 2 --seed 7";

@@ -1,7 +1,6 @@
-//! Runs a planned frame graph: creates its resources, pipelines and descriptor sets once, records and submits
-//! its passes every frame with label, timestamp and crash marker.
+//! A planned frame graph on a device: its resources, pipelines and descriptor sets are created once, and frames of it
+//! are run, waited for and read back.
 
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -12,10 +11,11 @@ use super::compiled::{CompiledFrame, texel_bytes};
 use super::context::Gpu;
 use super::device::Device;
 use super::markers::Markers;
-use super::recorder;
 use super::resources::{MemoryUse, aspect};
+use super::runner::{OnStep, Policy, Ran};
 use super::scene_set::SceneSet;
 use super::target::{FRAMES_IN_FLIGHT, Shown};
+use super::timeline::Timeline;
 use super::timers::Timers;
 use super::transfer;
 use super::work::Work;
@@ -38,6 +38,8 @@ pub struct FrameResult {
     pub cpu_ms: f64,
     /// Contents of the graph's readback buffers, in the order of their declaration.
     pub readback: Vec<u8>,
+    /// Submissions that the frame was given to the device in.
+    pub submissions: u32,
 }
 
 impl FrameResult {
@@ -48,25 +50,35 @@ impl FrameResult {
     }
 }
 
+/// A frame with repeated passes that has completed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SteppedFrame {
+    /// Times of the passes; a repeated one includes the gaps between its steps.
+    pub times: FrameResult,
+    /// Rounds of the repeated pass that were finished.
+    pub rounds_done: u32,
+    /// Rounds it has in all; 0 when no pass repeats.
+    pub rounds: u32,
+}
+
 /// A submitted frame; give it back to [`Executor::wait`].
 #[derive(Debug)]
 #[must_use = "wait for the frame to learn its times"]
 pub struct FrameTicket {
-    value: u64,
+    slot: usize,
+    stamp: u32,
     submitted: Instant,
+    ran: Ran,
 }
 
-/// Command buffer and queries of one frame in flight.
+/// Command buffers and queries of one frame in flight.
 pub(super) struct Slot {
-    pub(super) commands: vk::CommandBuffer,
+    /// As many as a frame can have submissions under way.
+    pub(super) commands: Vec<vk::CommandBuffer>,
     pub(super) timers: Timers,
     pub(super) markers: Markers,
-    /// Timeline value that its last frame signals.
-    pub(super) busy_until: u64,
-    /// Wall clock of each pass of the last frame, when passes are submitted one by one.
-    split_ms: Vec<f64>,
-    /// Command buffers of the submissions before the last.
-    pub(super) more_commands: Vec<vk::CommandBuffer>,
+    /// The submission that its last frame ends with.
+    busy_until: u64,
 }
 
 /// Semaphores of a submission.
@@ -76,16 +88,17 @@ pub(super) type Semaphores = Vec<vk::SemaphoreSubmitInfo<'static>>;
 pub struct Executor {
     pub(super) frame: CompiledFrame,
     pub(super) slots: Vec<Slot>,
-    pub(super) command_pool: vk::CommandPool,
-    timeline: vk::Semaphore,
-    /// About the longest submission of a frame; `None` is a frame in one.
-    pub(super) max_submit_ms: Option<f64>,
+    command_pool: vk::CommandPool,
+    pub(super) timeline: Timeline,
+    /// About the longest submission of a frame; infinite is a frame in one.
+    max_submit_ms: f64,
     /// Times of the passes of the last frame that was waited for.
     pub(super) last_ms: Vec<f64>,
     /// New contents of the scene's lights, for the next frame.
-    pub(super) light_update: Option<Vec<u8>>,
-    pub(super) submitted: u64,
-    pub(super) split_submits: bool,
+    light_update: Option<Vec<u8>>,
+    /// Frames submitted so far.
+    frames: u64,
+    split_submits: bool,
     pub(super) gpu: Arc<Device>,
 }
 
@@ -105,17 +118,22 @@ impl Executor {
             frame,
             slots: Vec::new(),
             command_pool,
-            timeline: vk::Semaphore::null(),
-            max_submit_ms: None,
+            timeline: Timeline::new(gpu)?,
+            max_submit_ms: f64::INFINITY,
             last_ms: Vec::new(),
             light_update: None,
-            submitted: 0,
+            frames: 0,
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
         };
-        executor.timeline = create_timeline(gpu)?;
         executor.create_slots()?;
         Ok(executor)
+    }
+
+    /// Frames are split into submissions of about this long at most; a pass that takes longer is one of its own. The
+    /// first frame, whose times are not known, has a submission for each pass. Without a limit a frame is one submission.
+    pub fn set_max_submit_ms(&mut self, max_submit_ms: f64) {
+        self.max_submit_ms = max_submit_ms;
     }
 
     /// The graph as built.
@@ -141,27 +159,7 @@ impl Executor {
     /// # Errors
     /// When the device is lost.
     pub fn submit(&mut self, frame_data: &[u8]) -> Result<FrameTicket> {
-        self.submit_frame(frame_data, None)
-    }
-
-    /// The same, with the acquired image where its pictures go.
-    pub(super) fn submit_frame(&mut self, frame_data: &[u8], shown: Option<&mut Shown<'_>>) -> Result<FrameTicket> {
-        let slot = self.submitted as usize % self.slots.len();
-        let value = self.submitted + 1;
-        self.wait_value(self.slots[slot].busy_until)?;
-        let submitted = Instant::now();
-        self.frame.resources.use_slot(slot);
-        self.slots[slot].split_ms = Vec::new();
-        let (waits, signals) = shown.as_ref().map_or_else(Default::default, |shown| self.window_semaphores(shown));
-        if self.split_submits && shown.is_none() {
-            self.slots[slot].split_ms = self.run_split(slot, value as u32, frame_data)?;
-            self.record_nothing(slot)?;
-        } else {
-            self.record_batches(slot, value as u32, frame_data, shown)?;
-        }
-        self.light_update = None;
-        self.queue_with(slot, value, &waits, &signals)?;
-        Ok(FrameTicket { value, submitted })
+        self.submit_frame(frame_data, Policy::Batched { max_submit_ms: self.max_submit_ms, shown: None })
     }
 
     /// Records and submits one frame into an acquired image. Blocks only when both frames in flight are still busy.
@@ -170,9 +168,44 @@ impl Executor {
     /// When the device is lost, and those of the overlay.
     pub fn submit_to(&mut self, frame_data: &[u8], shown: &mut Shown<'_>) -> Result<FrameTicket> {
         self.frame.resources.acquired(&self.frame.graph, Some(shown));
-        let submitted = self.submit_frame(frame_data, Some(shown));
+        let policy = Policy::Batched { max_submit_ms: self.max_submit_ms, shown: Some(shown) };
+        let submitted = self.submit_frame(frame_data, policy);
         self.frame.resources.acquired(&self.frame.graph, None);
         submitted
+    }
+
+    /// Runs one frame and waits for it, in submissions of about `max_submit_ms` at most: whole passes, and steps of
+    /// repeated ones.
+    ///
+    /// # Errors
+    /// When the device is lost; names the last pass reached.
+    pub fn run_in_steps(
+        &mut self,
+        frame_data: &[u8],
+        max_submit_ms: f64,
+        on_step: &mut OnStep,
+    ) -> Result<SteppedFrame> {
+        let ticket = self.submit_frame(frame_data, Policy::Stepped { max_submit_ms, on_step })?;
+        let Ran { rounds_done, rounds, .. } = ticket.ran;
+        Ok(SteppedFrame { times: self.wait(ticket)?, rounds_done, rounds })
+    }
+
+    fn submit_frame(&mut self, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<FrameTicket> {
+        let slot = self.frames as usize % self.slots.len();
+        let stamp = (self.timeline.last() + 1) as u32;
+        self.explain(slot, stamp, self.timeline.wait(self.slots[slot].busy_until))?;
+        let submitted = Instant::now();
+        self.frame.resources.use_slot(slot);
+        let ran = if self.split_submits && !matches!(policy, Policy::Batched { shown: Some(_), .. }) {
+            self.run(slot, stamp, frame_data, Policy::PassByPass { visit: &mut |_| Ok(()) })
+        } else {
+            self.run(slot, stamp, frame_data, policy)
+        };
+        self.light_update = None;
+        self.frames += 1;
+        // A frame that failed may have submitted a part.
+        self.slots[slot].busy_until = self.timeline.last();
+        Ok(FrameTicket { slot, stamp, submitted, ran: ran? })
     }
 
     /// What a frame waits for and what it signals: the graph that takes the image first waits for it, and the one that
@@ -205,39 +238,7 @@ impl Executor {
     /// # Errors
     /// When the device is lost.
     pub fn is_done(&self, ticket: &FrameTicket) -> Result<bool> {
-        // SAFETY: the semaphore is a timeline of this device.
-        let value = unsafe { self.gpu.device.get_semaphore_counter_value(self.timeline) };
-        Ok(check("the frame's timeline", value)? >= ticket.value)
-    }
-
-    /// Submits the slot's command buffer; its completion brings the timeline to `value`.
-    pub(super) fn queue(&mut self, slot: usize, value: u64) -> Result<()> {
-        self.queue_with(slot, value, &[], &[])
-    }
-
-    fn queue_with(
-        &mut self,
-        slot: usize,
-        value: u64,
-        waits: &[vk::SemaphoreSubmitInfo<'_>],
-        signals: &[vk::SemaphoreSubmitInfo<'_>],
-    ) -> Result<()> {
-        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.slots[slot].commands)];
-        let completed = vk::SemaphoreSubmitInfo::default()
-            .semaphore(self.timeline)
-            .value(value)
-            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS);
-        let signals = [&[completed], signals].concat();
-        let info = [vk::SubmitInfo2::default()
-            .wait_semaphore_infos(waits)
-            .command_buffer_infos(&commands)
-            .signal_semaphore_infos(&signals)];
-        // SAFETY: the command buffer is recorded and its slot idle; the queue is used from this thread only.
-        let result = unsafe { self.gpu.device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()) };
-        self.explain(slot, value, check("vkQueueSubmit2", result))?;
-        self.slots[slot].busy_until = value;
-        self.submitted = value;
-        Ok(())
+        self.timeline.has_reached(ticket.ran.last)
     }
 
     /// Waits for a frame and reads its timestamps. Call it before the same slot is submitted again, that is
@@ -245,15 +246,14 @@ impl Executor {
     ///
     /// # Errors
     /// When the device is lost; names the last pass reached.
-    #[expect(clippy::needless_pass_by_value, reason = "a ticket is good for one wait")]
     pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameResult> {
-        self.wait_value(ticket.value)?;
-        let cpu_ms = ticket.submitted.elapsed().as_secs_f64() * 1e3;
-        let slot = &self.slots[(ticket.value - 1) as usize % self.slots.len()];
-        let pass_ms = if slot.split_ms.is_empty() { slot.timers.read_ms()? } else { slot.split_ms.clone() };
-        let readback = self.frame.resources.read_back((ticket.value - 1) as usize % self.slots.len());
+        let FrameTicket { slot, stamp, submitted, ran } = ticket;
+        self.explain(slot, stamp, self.timeline.wait(ran.last))?;
+        let cpu_ms = submitted.elapsed().as_secs_f64() * 1e3;
+        let pass_ms = if ran.wall_ms.is_empty() { self.slots[slot].timers.read_ms()? } else { ran.wall_ms };
+        let readback = self.frame.resources.read_back(slot);
         self.last_ms.clone_from(&pass_ms);
-        Ok(FrameResult { pass_ms, cpu_ms, readback })
+        Ok(FrameResult { pass_ms, cpu_ms, readback, submissions: ran.submissions })
     }
 
     /// Writes the start of a persistent buffer outside frames; waits.
@@ -286,123 +286,26 @@ impl Executor {
         transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))
     }
 
-    pub(super) fn wait_value(&self, value: u64) -> Result<()> {
-        let semaphores = [self.timeline];
-        let values = [value];
-        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
-        // SAFETY: the semaphore is a timeline of this device.
-        let result = unsafe { self.gpu.device.wait_semaphores(&info, u64::MAX) };
-        let slot = (value.max(1) - 1) as usize % self.slots.len();
-        self.explain(slot, value, check("vkWaitSemaphores", result))
-    }
-
-    pub(super) fn explain<T>(&self, slot: usize, value: u64, result: Result<T>) -> Result<T> {
+    /// Names the pass where a result is the loss of the device.
+    pub(super) fn explain<T>(&self, slot: usize, stamp: u32, result: Result<T>) -> Result<T> {
         let names: Vec<&str> = self.frame.graph.passes().iter().map(|p| p.name.as_str()).collect();
-        self.slots[slot].markers.explain(result, &names, value as u32)
-    }
-
-    /// Leaves an empty command buffer to submit: the passes have run one by one.
-    fn record_nothing(&self, slot: usize) -> Result<()> {
-        let slot = &self.slots[slot];
-        self.begin_commands(slot.commands)?;
-        // SAFETY: recording is complete.
-        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(slot.commands) })
-    }
-
-    /// Records some of the passes in a command buffer of their own; before the first of all, what the frame begins with.
-    /// `shown` is where a frame of a window goes.
-    pub(super) fn record_passes(
-        &self,
-        slot: usize,
-        commands: vk::CommandBuffer,
-        stamp: u32,
-        passes: Range<usize>,
-        frame_data: &[u8],
-        shown: &mut Option<&mut Shown<'_>>,
-    ) -> Result<()> {
-        let slot = &self.slots[slot];
-        self.begin_commands(commands)?;
-        if passes.start == 0 {
-            self.record_scene_update(commands);
-            slot.timers.begin(commands);
-        }
-        for index in passes {
-            slot.markers.reach(commands, index, stamp);
-            match (&self.frame.graph.passes()[index].payload, shown.as_mut()) {
-                (Work::Overlay, Some(shown)) => recorder::record_overlay(&self.frame, commands, index, shown)?,
-                _ => recorder::record_pass(&self.frame, commands, index, frame_data),
-            }
-            slot.timers.after_pass(commands, index);
-        }
-        // SAFETY: recording is complete.
-        check("vkEndCommandBuffer", unsafe { self.gpu.device.end_command_buffer(commands) })
-    }
-
-    pub(super) fn begin_commands(&self, commands: vk::CommandBuffer) -> Result<()> {
-        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: what was last recorded has completed; the pool allows resetting.
-        check("vkBeginCommandBuffer", unsafe { self.gpu.device.begin_command_buffer(commands, &begin) })
-    }
-
-    /// Submits and waits for one pass after the other; the milliseconds of each from submission to completion.
-    fn run_split(&self, slot: usize, stamp: u32, frame_data: &[u8]) -> Result<Vec<f64>> {
-        let run = |index| {
-            self.submit_and_wait(slot, |commands| {
-                self.slots[slot].markers.reach(commands, index, stamp);
-                recorder::record_pass(&self.frame, commands, index, frame_data);
-            })
-        };
-        (0..self.frame.passes.len()).map(run).collect()
-    }
-
-    /// Submits what `record` puts into the slot's command buffer and waits; milliseconds from submission to completion.
-    pub(super) fn submit_and_wait(&self, slot: usize, record: impl FnOnce(vk::CommandBuffer)) -> Result<f64> {
-        let device = &self.gpu.device;
-        let commands = self.slots[slot].commands;
-        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
-        let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-        self.begin_commands(commands)?;
-        record(commands);
-        // SAFETY: recording is complete; the queue is used from this thread only, and is idle afterwards.
-        unsafe {
-            check("vkEndCommandBuffer", device.end_command_buffer(commands))?;
-            let start = Instant::now();
-            check("vkQueueSubmit2", device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()))?;
-            check("vkQueueWaitIdle", device.queue_wait_idle(self.gpu.queue))?;
-            Ok(start.elapsed().as_secs_f64() * 1e3)
-        }
+        self.slots[slot].markers.explain(result, &names, stamp)
     }
 
     fn create_slots(&mut self) -> Result<()> {
+        let pass_count = self.frame.graph.passes().len();
         let info = vk::CommandBufferAllocateInfo::default()
             .command_pool(self.command_pool)
-            .command_buffer_count(FRAMES_IN_FLIGHT as u32);
-        // SAFETY: the pool is alive.
-        let commands = check("command buffers", unsafe { self.gpu.device.allocate_command_buffers(&info) })?;
-        let pass_count = self.frame.graph.passes().len();
-        for commands in commands {
+            .command_buffer_count(pass_count.max(1) as u32);
+        for _ in 0..FRAMES_IN_FLIGHT {
+            // SAFETY: the pool is alive, and frees its command buffers.
+            let commands = check("command buffers", unsafe { self.gpu.device.allocate_command_buffers(&info) })?;
             let timers = Timers::new(&self.gpu, pass_count)?;
             let markers = Markers::new(&self.gpu, pass_count)?;
-            self.slots.push(Slot {
-                commands,
-                timers,
-                markers,
-                busy_until: 0,
-                split_ms: Vec::new(),
-                more_commands: Vec::new(),
-            });
+            self.slots.push(Slot { commands, timers, markers, busy_until: 0 });
         }
         Ok(())
     }
-}
-
-fn create_timeline(gpu: &Device) -> Result<vk::Semaphore> {
-    let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
-    let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
-    // SAFETY: timeline semaphores are required by the baseline; destroyed with the executor.
-    let semaphore = check("the timeline", unsafe { gpu.device.create_semaphore(&info, None) })?;
-    gpu.set_name(semaphore, "frame timeline");
-    Ok(semaphore)
 }
 
 impl Drop for Executor {
@@ -411,9 +314,6 @@ impl Drop for Executor {
             log::error!("waiting for the GPU: {error}");
         }
         // SAFETY: the GPU is idle; the pool frees its command buffers.
-        unsafe {
-            self.gpu.device.destroy_command_pool(self.command_pool, None);
-            self.gpu.device.destroy_semaphore(self.timeline, None);
-        }
+        unsafe { self.gpu.device.destroy_command_pool(self.command_pool, None) };
     }
 }

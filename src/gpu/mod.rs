@@ -19,13 +19,15 @@ mod pipeline;
 mod readback;
 mod recorder;
 mod resources;
+mod runner;
 mod scene_set;
-mod stepped;
+mod steps;
 #[cfg(feature = "window")]
 mod surface;
 #[cfg(feature = "window")]
 mod swapchain;
 mod target;
+mod timeline;
 mod timers;
 mod transfer;
 mod word_image;
@@ -35,7 +37,7 @@ pub use buffer::Buffer;
 pub use capture::FrameCapture;
 pub use context::Gpu;
 pub use device::{Device, GpuOptions, ValidationLog};
-pub use executor::{Executor, FrameResult, FrameTicket};
+pub use executor::{Executor, FrameResult, FrameTicket, SteppedFrame};
 pub use features::{DeviceReport, OptionalFeatures, list_gpus};
 pub use image::Image;
 pub use instance::Instance;
@@ -43,8 +45,8 @@ pub use instance::Instance;
 pub use panel::{PanelPainter, PanelPicture};
 pub use readback::{SceneBytes, Written};
 pub use resources::MemoryUse;
+pub use runner::OnStep;
 pub use scene_set::{SceneData, SceneSet};
-pub use stepped::{OnStep, SteppedFrame};
 #[cfg(feature = "window")]
 pub use surface::{Surface, WindowSource};
 #[cfg(feature = "window")]

@@ -9,8 +9,8 @@ use super::buffer::Buffer;
 use super::compiled::texel_bytes;
 use super::device::Device;
 use super::executor::Executor;
-use super::recorder;
 use super::resources::{Physical, aspect};
+use super::runner::Policy;
 use super::scene_set::SceneSet;
 use super::transfer;
 use super::work::{TransferOp, Work};
@@ -39,7 +39,7 @@ pub struct SceneBytes {
 
 impl Executor {
     /// Runs one frame pass by pass, each waited for, and gives `visit` every pass's index with what it wrote.
-    /// Buffers that a pass only clears for a later one are left out. No timestamps are taken.
+    /// Buffers that a pass only clears for a later one are left out.
     ///
     /// # Errors
     /// When the device is lost or has no memory, and those of `visit`.
@@ -49,34 +49,12 @@ impl Executor {
         mut visit: impl FnMut(usize, Vec<Written>) -> Result<()>,
     ) -> Result<()> {
         self.gpu.wait_idle()?;
-        let value = self.submitted + 1;
-        let slot = 0;
-        for index in 0..self.frame.graph.passes().len() {
-            let ran = self.run_alone(slot, value as u32, index, frame_data);
-            self.explain(slot, value, ran)?;
+        let (slot, stamp) = (0, (self.timeline.last() + 1) as u32);
+        let mut read = |index| {
             let written = self.shown_after(index).into_iter().map(|used| self.read_after(used));
-            visit(index, written.collect::<Result<_>>()?)?;
-        }
-        Ok(())
-    }
-
-    /// Runs one pass; of a repeated one every repetition is a submission, so that none is long.
-    fn run_alone(&self, slot: usize, stamp: u32, index: usize, frame_data: &[u8]) -> Result<()> {
-        let reach = |commands| self.slots[slot].markers.reach(commands, index, stamp);
-        let Some(repeat) = self.repeat_of(index) else {
-            self.submit_and_wait(slot, |commands| {
-                reach(commands);
-                recorder::record_pass(&self.frame, commands, index, frame_data);
-            })?;
-            return Ok(());
+            visit(index, written.collect::<Result<_>>()?)
         };
-        for i in 0..repeat.count() {
-            self.submit_and_wait(slot, |commands| {
-                reach(commands);
-                recorder::record_repetitions(&self.frame, commands, index, i..i + 1);
-            })?;
-        }
-        Ok(())
+        self.run(slot, stamp, frame_data, Policy::PassByPass { visit: &mut read }).map(drop)
     }
 
     /// The uses of a pass whose contents tell something: what it writes, but of what it clears only that which

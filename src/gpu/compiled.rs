@@ -7,13 +7,15 @@ use ash::vk;
 use super::context::Gpu;
 use super::descriptors::{Bound, Sets};
 use super::device::Device;
+use super::interfaces::{binding_numbers, check_interfaces, kind_of};
 use super::pipeline::{Pipeline, Pipelines};
 use super::resources::{Physical, Resources, aspect};
 use super::scene_set::SceneSet;
 use super::transfer;
 use super::work::{RasterWork, Work};
 use crate::error::{Error, Result};
-use crate::graph::{Access, Graph, Handle, ImageHandle, Pass, Plan, ResourceInfo, Use, plan};
+use crate::graph::{Graph, Handle, ImageHandle, Pass, Plan, Use, plan};
+use crate::shader::interface::BindingKind;
 
 /// A pass ready to record.
 pub(super) struct CompiledPass {
@@ -38,6 +40,7 @@ impl CompiledFrame {
     /// When the graph is wrong (a bug of ours), or the device runs out of memory.
     pub fn new(gpu: &Gpu, graph: Graph<Work>, scene: Option<Arc<SceneSet>>) -> Result<Self> {
         let mut plan = plan(&graph).map_err(|e| Error::Failure(format!("frame graph: {e}")))?;
+        check_interfaces(&graph)?;
         let resources = Resources::new(gpu, &graph, &mut plan)?;
         let mut frame = Self { graph, plan, resources, passes: Vec::new(), scene, gpu: Arc::clone(gpu) };
         let compile = |pass| frame.compile_pass(&gpu.pipelines, pass);
@@ -69,7 +72,7 @@ impl CompiledFrame {
             Work::Compute(_) => vk::ShaderStageFlags::COMPUTE,
             _ => vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
         };
-        let sets = Sets::new(&self.gpu, &pass.name, stages, &[self.bindings(pass)])?;
+        let sets = Sets::new(&self.gpu, &pass.name, stages, &[self.bindings(pass)?])?;
         let pipelines = match &pass.payload {
             Work::Compute(work) => {
                 let layouts = self.set_layouts(&sets, work.uses_scene, false)?;
@@ -102,21 +105,21 @@ impl CompiledFrame {
         Ok(layouts)
     }
 
-    fn bindings(&self, pass: &Pass<Work>) -> Vec<(u32, Bound)> {
-        let bound = |access: Access, physical: Physical| match physical {
-            Physical::Buffer { raw, size_bytes } => match access {
-                Access::ComputeUniform | Access::GraphicsUniform => Bound::Uniform { buffer: raw, size_bytes },
-                _ => Bound::Storage { buffer: raw, size_bytes },
-            },
-            Physical::Image { view, info, .. } => match access {
-                Access::ComputeSampled | Access::FragmentSampled | Access::DepthAttachmentReadSampled => {
-                    Bound::SampledImage { view, layout: access.sync(ResourceInfo::Image(info).kind()).layout }
+    fn bindings(&self, pass: &Pass<Work>) -> Result<Vec<(u32, Bound)>> {
+        let bound = |used: &Use| {
+            let kind = self.graph.resources()[used.resource.index()].info.kind();
+            match (self.resources.list[used.resource.index()], kind_of(used.access, kind)) {
+                (Physical::Buffer { raw, size_bytes }, BindingKind::UniformBuffer) => {
+                    Bound::Uniform { buffer: raw, size_bytes }
                 }
-                _ => Bound::StorageImage { view },
-            },
+                (Physical::Buffer { raw, size_bytes }, _) => Bound::Storage { buffer: raw, size_bytes },
+                (Physical::Image { view, .. }, BindingKind::SampledImage) => {
+                    Bound::SampledImage { view, layout: used.access.sync(kind).layout }
+                }
+                (Physical::Image { view, .. }, _) => Bound::StorageImage { view },
+            }
         };
-        let physical = |u: &Use| self.resources.list[u.resource.index()];
-        pass.uses.iter().filter_map(|u| Some((u.binding?, bound(u.access, physical(u))))).collect()
+        Ok(binding_numbers(pass)?.iter().map(|(number, used)| (*number, bound(used))).collect())
     }
 }
 

@@ -12,6 +12,7 @@ mod executor;
 mod features;
 mod image;
 mod instance;
+mod interfaces;
 mod markers;
 #[cfg(feature = "window")]
 mod panel;
@@ -41,6 +42,7 @@ pub use executor::{Executor, FrameResult, FrameTicket, SteppedFrame};
 pub use features::{DeviceReport, OptionalFeatures, list_gpus};
 pub use image::Image;
 pub use instance::Instance;
+pub use interfaces::{Fault, InterfaceError, check_interfaces};
 #[cfg(feature = "window")]
 pub use panel::{PanelPainter, PanelPicture};
 pub use readback::{SceneBytes, Written};
@@ -53,8 +55,8 @@ pub use surface::{Surface, WindowSource};
 pub use swapchain::{Acquired, Presented, Swapchain, is_srgb};
 pub use target::{FRAMES_IN_FLIGHT, Overlay, Shown, Target};
 pub use work::{
-    ColorTarget, ComputeWork, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat, TransferOp,
-    Viewport, Work,
+    ColorTarget, ComputeWork, Constants, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat,
+    TransferOp, Viewport, Work,
 };
 
 use crate::error::Error;

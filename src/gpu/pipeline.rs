@@ -8,7 +8,7 @@ use ash::vk;
 use super::check;
 use super::descriptors::Sets;
 use super::device::Device;
-use super::work::{RasterDraw, RasterState};
+use super::work::{Constants, RasterDraw, RasterState};
 use crate::error::Result;
 use crate::scene::Vertex;
 use crate::shader::spirv;
@@ -34,7 +34,13 @@ impl Pipelines {
     }
 
     /// A compute pipeline.
-    pub fn compute(&self, shader: &str, constants: &[u32], push_words: usize, sets: &[&Sets]) -> Result<Arc<Pipeline>> {
+    pub fn compute(
+        &self,
+        shader: &str,
+        constants: &Constants,
+        push_words: usize,
+        sets: &[&Sets],
+    ) -> Result<Arc<Pipeline>> {
         let source = spirv::replaced_hash(shader);
         let description = format!("{shader} {source:?} {constants:?} {push_words} {}", describe(sets));
         self.find(description, || create_compute(&self.gpu, shader, constants, push_words, &raw_layouts(sets)))
@@ -128,21 +134,37 @@ fn layout(
     check(name, unsafe { gpu.device.create_pipeline_layout(&info, None) })
 }
 
-/// Specialization map for 32-bit constants 0, 1, 2, ...
-fn specialization_entries(count: usize) -> Vec<vk::SpecializationMapEntry> {
-    (0..count as u32).map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 }).collect()
+/// The specialization constants of one module.
+struct Specialization {
+    entries: Vec<vk::SpecializationMapEntry>,
+    values: Vec<u32>,
+}
+
+impl Specialization {
+    /// Those of `constants` that the shader has.
+    fn new(shader: &str, constants: &Constants) -> Result<Self> {
+        let interface = spirv::interface(shader)?;
+        let given = constants.iter().filter_map(|(name, value)| Some((*interface.constants.get(*name)?, *value)));
+        let (ids, values): (Vec<u32>, Vec<u32>) = given.unzip();
+        let entry = |(index, id)| vk::SpecializationMapEntry { constant_id: id, offset: 4 * index as u32, size: 4 };
+        Ok(Self { entries: ids.into_iter().enumerate().map(entry).collect(), values })
+    }
+
+    fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(bytemuck::cast_slice(&self.values))
+    }
 }
 
 fn create_compute(
     gpu: &Arc<Device>,
     shader: &str,
-    constants: &[u32],
+    constants: &Constants,
     push_words: usize,
     sets: &[vk::DescriptorSetLayout],
 ) -> Result<Pipeline> {
     let module = Module::new(gpu, shader)?;
-    let entries = specialization_entries(constants.len());
-    let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(constants));
+    let specialization = Specialization::new(shader, constants)?;
+    let specialization = specialization.info();
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module.raw)
@@ -168,15 +190,15 @@ fn compile_graphics(
 ) -> Result<Pipeline> {
     let vertex = Module::new(gpu, &draw.vertex)?;
     let fragment = Module::new(gpu, &draw.fragment)?;
-    let entries = specialization_entries(draw.constants.len());
-    let specialization =
-        vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&draw.constants));
+    let [of_vertex, of_fragment] =
+        [Specialization::new(&draw.vertex, &draw.constants)?, Specialization::new(&draw.fragment, &draw.constants)?];
+    let [of_vertex, of_fragment] = [of_vertex.info(), of_fragment.info()];
     let stage = |flags, module: &Module<'_>| {
         vk::PipelineShaderStageCreateInfo::default().stage(flags).module(module.raw).name(c"main")
     };
     let stages = [
-        stage(vk::ShaderStageFlags::VERTEX, &vertex).specialization_info(&specialization),
-        stage(vk::ShaderStageFlags::FRAGMENT, &fragment).specialization_info(&specialization),
+        stage(vk::ShaderStageFlags::VERTEX, &vertex).specialization_info(&of_vertex),
+        stage(vk::ShaderStageFlags::FRAGMENT, &fragment).specialization_info(&of_fragment),
     ];
     let push_stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
     let layout = layout(gpu, &draw.fragment, sets, draw.push.len(), push_stages)?;

@@ -18,13 +18,16 @@ pub enum Work {
     Overlay,
 }
 
+/// Specialization constants: names as in the shader, and the bits of the values.
+pub type Constants = Vec<(&'static str, u32)>;
+
 /// One compute dispatch.
 #[derive(Clone, Debug)]
 pub struct ComputeWork {
     /// Shader variant, as in `bounds/reduce_bounds.comp`.
     pub shader: String,
-    /// Specialization constants 0, 1, 2, ...
-    pub constants: Vec<u32>,
+    /// Specialization constants.
+    pub constants: Constants,
     /// Push constants, at most 32 words.
     pub push: Vec<u32>,
     /// How many workgroups.
@@ -67,24 +70,12 @@ pub enum Dispatch {
 }
 
 impl Dispatch {
-    /// One thread per item in workgroups of `group_size`.
-    #[must_use]
-    pub fn threads(count: u32, group_size: u32) -> Self {
-        Self::groups(count.div_ceil(group_size))
-    }
-
     /// At least `count` workgroups, spread over two dimensions when there are more than one may hold
     /// (`common/dispatch.glsl` numbers them).
     #[must_use]
     pub fn groups(count: u32) -> Self {
         let x = count.clamp(1, DISPATCH_WIDTH);
         Self::Groups([x, count.div_ceil(x).max(1), 1])
-    }
-
-    /// One thread per pixel in square workgroups of edge `tile`.
-    #[must_use]
-    pub fn pixels(width: u32, height: u32, tile: u32) -> Self {
-        Self::Groups([width.div_ceil(tile), height.div_ceil(tile), 1])
     }
 }
 
@@ -175,7 +166,7 @@ pub struct RasterDraw {
     /// Fragment shader variant.
     pub fragment: String,
     /// Specialization constants of both shaders.
-    pub constants: Vec<u32>,
+    pub constants: Constants,
     /// Push constants of both shaders, at most 32 words.
     pub push: Vec<u32>,
     /// Fixed-function state.

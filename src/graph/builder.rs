@@ -1,5 +1,7 @@
 //! The declaration of a frame: resources, and passes with what each does to them.
 
+use std::fmt;
+
 use ash::vk;
 
 use super::access::Access;
@@ -25,7 +27,37 @@ pub struct Use {
     /// What the pass does with it.
     pub access: Access,
     /// Descriptor binding it is attached at; `None` for attachments, indirect arguments and copies.
-    pub binding: Option<u32>,
+    pub binding: Option<BindingName>,
+}
+
+/// How a pass names a descriptor binding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BindingName {
+    /// As the pass's shaders call it.
+    Name(&'static str),
+    /// By its number, in graphs without shaders.
+    Number(u32),
+}
+
+impl fmt::Display for BindingName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Name(name) => f.write_str(name),
+            Self::Number(number) => write!(f, "{number}"),
+        }
+    }
+}
+
+impl From<&'static str> for BindingName {
+    fn from(name: &'static str) -> Self {
+        Self::Name(name)
+    }
+}
+
+impl From<i32> for BindingName {
+    fn from(number: i32) -> Self {
+        Self::Number(number.unsigned_abs())
+    }
 }
 
 /// One step of the frame: a name, what it uses, and how to record it.
@@ -56,8 +88,8 @@ impl<P> Pass<P> {
 
     /// Attaches a resource at a descriptor binding.
     #[must_use]
-    pub fn bind(mut self, binding: u32, resource: impl Into<Handle>, access: Access) -> Self {
-        self.uses.push(Use { resource: resource.into(), access, binding: Some(binding) });
+    pub fn bind(mut self, binding: impl Into<BindingName>, resource: impl Into<Handle>, access: Access) -> Self {
+        self.uses.push(Use { resource: resource.into(), access, binding: Some(binding.into()) });
         self
     }
 

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::access::{Access, SyncScope};
-use super::builder::{Graph, Pass};
+use super::builder::{BindingName, Graph, Pass};
 use super::resource::{Handle, Lifetime, Resource, ResourceInfo};
 
 /// Why a frame cannot be planned.
@@ -42,8 +42,8 @@ pub enum PlanError {
         pass: String,
         /// The resource attached second.
         resource: String,
-        /// The binding number.
-        binding: u32,
+        /// The binding.
+        binding: BindingName,
     },
     /// An access that the kind of resource does not allow.
     #[error("pass `{pass}` uses `{resource}` as {access:?}, which does not fit that kind of resource")]

@@ -11,9 +11,9 @@ pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ImageHandle {
     let mean = frame.kept_image("accumulated_mean", vk::Format::R32G32B32A32_SFLOAT);
     let pass = frame
         .compute("accumulate", shader("accumulate/add_frame", frame.per_pixel()))
-        .bind(1, radiance, Access::ComputeSampled)
-        .bind(2, sum, Access::ComputeReadWrite)
-        .bind(3, mean, Access::ComputeWrite);
+        .bind("frame_image", radiance, Access::ComputeSampled)
+        .bind("sum_image", sum, Access::ComputeReadWrite)
+        .bind("out_mean", mean, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     mean
 }

@@ -29,13 +29,13 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle, input: S
         };
         let pass = frame
             .compute(&format!("atrous/{}", iteration + 1), work)
-            .bind(1, gbuffer.depth, Access::ComputeSampled)
-            .bind(2, gbuffer.normals, Access::ComputeSampled)
-            .bind(3, lighting, Access::ComputeSampled)
-            .bind(4, estimates.shadowed, Access::ComputeSampled)
-            .bind(5, estimates.unshadowed, Access::ComputeSampled)
-            .bind(6, shadowed, Access::ComputeWrite)
-            .bind(7, unshadowed, Access::ComputeWrite);
+            .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+            .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+            .bind("lighting_image", lighting, Access::ComputeSampled)
+            .bind("shadowed_image", estimates.shadowed, Access::ComputeSampled)
+            .bind("unshadowed_image", estimates.unshadowed, Access::ComputeSampled)
+            .bind("out_shadowed", shadowed, Access::ComputeWrite)
+            .bind("out_unshadowed", unshadowed, Access::ComputeWrite);
         frame.graph.add_pass(pass);
         estimates = ShadowEstimates { shadowed, unshadowed };
     }

@@ -19,12 +19,12 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights) -> ImageHandle
     let rounds = frame.shape.light_capacity().div_ceil(lights_per_round);
     let work = reference::work(frame, "brute_force/shade_all", rounds, vec![lights_per_round]);
     let pass = frame
-        .compute("brute_force", ComputeWork { constants: vec![u32::from(has_shadows)], ..work })
-        .bind(1, gbuffer.depth, Access::ComputeSampled)
-        .bind(2, gbuffer.normals, Access::ComputeSampled)
-        .bind(3, sum, Access::ComputeReadWrite)
-        .bind(4, lights.positions, Access::ComputeRead)
-        .bind(5, lights.fluxes, Access::ComputeRead)
-        .bind(6, lights.counts, Access::ComputeRead);
+        .compute("brute_force", ComputeWork { constants: vec![("HAS_SHADOWS", u32::from(has_shadows))], ..work })
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("sum_image", sum, Access::ComputeReadWrite)
+        .bind("light_positions", lights.positions, Access::ComputeRead)
+        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .bind("light_counts", lights.counts, Access::ComputeRead);
     reference::add(frame, pass, sum)
 }

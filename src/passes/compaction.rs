@@ -62,13 +62,13 @@ pub fn pack_lights(frame: &mut Frame, slots: &VplSlots) -> Lights {
     };
     let pass = frame
         .compute("compaction/compact_vpls", work)
-        .bind(1, slots.positions, Access::ComputeRead)
-        .bind(2, slots.fluxes, Access::ComputeRead)
-        .bind(3, slots.bits, Access::ComputeRead)
-        .bind(4, ranks, Access::ComputeRead)
-        .bind(5, lights.positions, Access::ComputeWrite)
-        .bind(6, lights.fluxes, Access::ComputeWrite)
-        .bind(7, lights.counts, Access::ComputeWrite);
+        .bind("slot_positions", slots.positions, Access::ComputeRead)
+        .bind("slot_fluxes", slots.fluxes, Access::ComputeRead)
+        .bind("slot_bits", slots.bits, Access::ComputeRead)
+        .bind("slot_ranks", ranks, Access::ComputeRead)
+        .bind("light_positions", lights.positions, Access::ComputeWrite)
+        .bind("light_fluxes", lights.fluxes, Access::ComputeWrite)
+        .bind("light_counts", lights.counts, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     lights
 }
@@ -105,9 +105,9 @@ pub fn mark_lights(
     };
     let pass = frame
         .compute("compaction/mark_lights", work)
-        .bind(1, lights.positions, Access::ComputeRead)
-        .bind(2, placement, Access::ComputeRead)
-        .bind(3, grid.occupancy, Access::ComputeReadWrite);
+        .bind("light_positions", lights.positions, Access::ComputeRead)
+        .bind("grid", placement, Access::ComputeRead)
+        .bind("occupancy", grid.occupancy, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
 }
 
@@ -115,9 +115,9 @@ pub fn mark_lights(
 pub fn mark_grid_lights(frame: &mut Frame, grid: &GridLights) {
     let pass = frame
         .compute("compaction/mark_grid_lights", shader("compaction/mark_grid_lights", per_light(grid, 1)))
-        .bind(1, grid.lights, Access::ComputeRead)
-        .bind(2, grid.occupancy, Access::ComputeReadWrite)
-        .bind(3, grid.level_table, Access::ComputeRead)
+        .bind("grid_lights", grid.lights, Access::ComputeRead)
+        .bind("occupancy", grid.occupancy, Access::ComputeReadWrite)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);
 }
@@ -136,17 +136,17 @@ pub fn compact_levels(frame: &mut Frame, what: &str, grid: &GridLights, first: u
     };
     let pass = frame
         .compute(&format!("compaction/count_lights/{what}"), count)
-        .bind(1, grid.ranks, Access::ComputeRead)
-        .bind(2, grid.level_table, Access::ComputeReadWrite)
-        .bind(3, grid.dispatches, Access::ComputeReadWrite);
+        .bind("ranks", grid.ranks, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeReadWrite)
+        .bind("dispatches", grid.dispatches, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     let list = ComputeWork { push: vec![first, last], ..shader("compaction/list_vertices", threads(word_count)) };
     let pass = frame
         .compute(&format!("compaction/list_vertices/{what}"), list)
-        .bind(1, grid.occupancy, Access::ComputeRead)
-        .bind(2, grid.ranks, Access::ComputeRead)
-        .bind(3, grid.level_table, Access::ComputeRead)
-        .bind(4, grid.lights, Access::ComputeReadWrite);
+        .bind("occupancy", grid.occupancy, Access::ComputeRead)
+        .bind("ranks", grid.ranks, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("grid_lights", grid.lights, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
 }
 

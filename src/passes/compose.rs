@@ -33,19 +33,22 @@ pub fn add(
     let unused = gbuffer.albedo;
     let lighting = indirect.map_or(unused, |i| i.lighting);
     let work = ComputeWork {
-        constants: [indirect.is_some(), shadows.is_some(), direct.is_some(), indirect.is_some_and(|i| i.has_share)]
-            .map(u32::from)
-            .to_vec(),
+        constants: vec![
+            ("HAS_INDIRECT", u32::from(indirect.is_some())),
+            ("HAS_SHADOWS", u32::from(shadows.is_some())),
+            ("HAS_DIRECT", u32::from(direct.is_some())),
+            ("HAS_SHARE", u32::from(indirect.is_some_and(|i| i.has_share))),
+        ],
         ..shader("compose/compose", frame.per_pixel())
     };
     let pass = frame
         .compute("compose", work)
-        .bind(1, direct.unwrap_or(unused), Access::ComputeSampled)
-        .bind(2, gbuffer.albedo, Access::ComputeSampled)
-        .bind(3, lighting, Access::ComputeSampled)
-        .bind(4, shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
-        .bind(5, shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
-        .bind(6, radiance, Access::ComputeWrite);
+        .bind("direct_image", direct.unwrap_or(unused), Access::ComputeSampled)
+        .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
+        .bind("indirect_image", lighting, Access::ComputeSampled)
+        .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
+        .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
+        .bind("out_radiance", radiance, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     radiance
 }

@@ -64,15 +64,16 @@ pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) ->
         SurfaceView::Indirect(lighting) => (3, lighting, gbuffer.albedo),
         SurfaceView::ShadowRatio(estimates) => (4, estimates.shadowed, estimates.unshadowed),
     };
-    let work = ComputeWork { constants: vec![index], ..shader("debug_view/show_surface", frame.per_pixel()) };
+    let work =
+        ComputeWork { constants: vec![("SHOWN", index)], ..shader("debug_view/show_surface", frame.per_pixel()) };
     let pass = frame
         .compute("debug_view", work)
-        .bind(1, gbuffer.depth, Access::ComputeSampled)
-        .bind(2, gbuffer.albedo, Access::ComputeSampled)
-        .bind(3, gbuffer.normals, Access::ComputeSampled)
-        .bind(4, first, Access::ComputeSampled)
-        .bind(5, second, Access::ComputeSampled)
-        .bind(6, values, Access::ComputeWrite);
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("first_image", first, Access::ComputeSampled)
+        .bind("second_image", second, Access::ComputeSampled)
+        .bind("out_values", values, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     values
 }
@@ -82,8 +83,8 @@ pub fn show_overdraw(frame: &mut Frame, overdraw: BufferHandle) -> ImageHandle {
     let values = values_image(frame);
     let pass = frame
         .compute("debug_view", shader("debug_view/show_overdraw", frame.per_pixel()))
-        .bind(1, overdraw, Access::ComputeRead)
-        .bind(2, values, Access::ComputeWrite);
+        .bind("overdraw", overdraw, Access::ComputeRead)
+        .bind("out_values", values, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     values
 }
@@ -91,13 +92,13 @@ pub fn show_overdraw(frame: &mut Frame, overdraw: BufferHandle) -> ImageHandle {
 /// Adds the pass for the levels of the lights in each pixel's reservoirs.
 pub fn show_chosen_levels(frame: &mut Frame, merged: &MergedLights, reservoirs: BufferHandle) -> ImageHandle {
     let values = values_image(frame);
-    let constants = vec![0, frame.shape.lobe.code(), u32::from(frame.shape.reservoir == Reservoir::Exact)];
+    let constants = vec![("EXACT", u32::from(frame.shape.reservoir == Reservoir::Exact))];
     let work = ComputeWork { constants, ..shader("debug_view/show_chosen_levels", frame.per_pixel()) };
     let pass = frame
         .compute("debug_view", work)
-        .bind(1, merged.lights, Access::ComputeRead)
-        .bind(2, reservoirs, Access::ComputeRead)
-        .bind(3, values, Access::ComputeWrite);
+        .bind("merged_lights", merged.lights, Access::ComputeRead)
+        .bind("reservoirs", reservoirs, Access::ComputeRead)
+        .bind("out_values", values, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     values
 }
@@ -135,7 +136,7 @@ pub fn sum_lights(
         let mut push = vec![first_row * TILE_SIZE];
         push.extend(LEVEL_COLORS.iter().chain(&[NO_VALUE]));
         let work = ComputeWork {
-            constants: vec![u32::from(shares), frame.shape.lobe.code()],
+            constants: vec![("SHARES", u32::from(shares)), ("LOBE", frame.shape.lobe.code())],
             push,
             ..shader("debug_view/sum_lights", Dispatch::Groups([columns, band_rows, tiles]))
         };
@@ -143,13 +144,13 @@ pub fn sum_lights(
         let access = if band == 0 { Access::ComputeWrite } else { Access::ComputeReadWrite };
         let pass = frame
             .compute(&format!("debug_view/sum_lights_{}", band + 1), work)
-            .bind(1, gbuffer.depth, Access::ComputeSampled)
-            .bind(2, gbuffer.normals, Access::ComputeSampled)
-            .bind(3, merged.lights, Access::ComputeRead)
-            .bind(4, merged.tiles, Access::ComputeRead)
-            .bind(5, placement, Access::ComputeRead)
-            .bind(6, values, access)
-            .bind(7, mix, access);
+            .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+            .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+            .bind("merged_lights", merged.lights, Access::ComputeRead)
+            .bind("tiles", merged.tiles, Access::ComputeRead)
+            .bind("grid", placement, Access::ComputeRead)
+            .bind("out_values", values, access)
+            .bind("out_mix", mix, access);
         frame.graph.add_pass(pass);
     }
     LightSums { values, mix }
@@ -185,10 +186,10 @@ pub fn draw_points(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights) -> Ima
     };
     frame.graph.add_pass(
         Pass::new("debug_view/draw_points", Work::Raster(work))
-            .bind(0, frame.data, Access::GraphicsUniform)
-            .bind(1, lights.positions, Access::VertexRead)
-            .bind(2, lights.fluxes, Access::VertexRead)
-            .bind(3, lights.counts, Access::VertexRead)
+            .bind("frame", frame.data, Access::GraphicsUniform)
+            .bind("light_positions", lights.positions, Access::VertexRead)
+            .bind("light_fluxes", lights.fluxes, Access::VertexRead)
+            .bind("light_counts", lights.counts, Access::VertexRead)
             .uses(gbuffer.depth, Access::DepthAttachmentRead)
             .uses(values, Access::ColorAttachmentWrite),
     );
@@ -205,8 +206,8 @@ pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMappe
     } else {
         let pass = frame
             .compute("debug_view/measure_scale", shader("debug_view/measure_scale", Dispatch::groups(1)))
-            .bind(1, values, Access::ComputeSampled)
-            .bind(2, scale, Access::ComputeWrite);
+            .bind("values_image", values, Access::ComputeSampled)
+            .bind("scale", scale, Access::ComputeWrite);
         frame.graph.add_pass(pass);
     }
     let coding = match (map, view) {
@@ -220,12 +221,16 @@ pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMappe
     push.resize(2 + MAX_COLORS, 0);
     let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
     let picture = frame.graph.persistent_image("picture", info);
-    let work = ComputeWork { constants: vec![coding as u32], push, ..shader("debug_view/colorize", frame.per_pixel()) };
+    let work = ComputeWork {
+        constants: vec![("CODING", coding as u32)],
+        push,
+        ..shader("debug_view/colorize", frame.per_pixel())
+    };
     let pass = frame
         .compute("debug_view/colorize", work)
-        .bind(1, values, Access::ComputeSampled)
-        .bind(2, scale, Access::ComputeRead)
-        .bind(3, picture, Access::ComputeWrite);
+        .bind("values_image", values, Access::ComputeSampled)
+        .bind("scale", scale, Access::ComputeRead)
+        .bind("out_picture", picture, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     ToneMapped { picture, exposure: scale }
 }
@@ -238,12 +243,12 @@ pub fn overlay_points(frame: &mut Frame, points: ImageHandle, direct: ImageHandl
     let picture = frame.graph.persistent_image("picture", info);
     let pass = frame
         .compute("debug_view/overlay_points", shader("debug_view/overlay_points", frame.per_pixel()))
-        .bind(1, points, Access::ComputeSampled)
-        .bind(2, direct, Access::ComputeSampled)
-        .bind(3, exposure, Access::ComputeRead)
-        .bind(4, direct_exposure, Access::ComputeRead)
-        .bind(5, albedo, Access::ComputeSampled)
-        .bind(6, picture, Access::ComputeWrite);
+        .bind("points_image", points, Access::ComputeSampled)
+        .bind("direct_image", direct, Access::ComputeSampled)
+        .bind("points_exposure", exposure, Access::ComputeRead)
+        .bind("direct_exposure", direct_exposure, Access::ComputeRead)
+        .bind("albedo_image", albedo, Access::ComputeSampled)
+        .bind("out_picture", picture, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     ToneMapped { picture, exposure }
 }

@@ -41,13 +41,13 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
     };
     let pass = frame
         .compute("descent/draw_representatives", work)
-        .bind(1, lights.positions, Access::ComputeRead)
-        .bind(2, lights.fluxes, Access::ComputeRead)
-        .bind(3, placement, Access::ComputeRead)
-        .bind(4, grid.occupancy, Access::ComputeRead)
-        .bind(5, grid.ranks, Access::ComputeRead)
-        .bind(6, grid.level_table, Access::ComputeRead)
-        .bind(7, representatives, Access::ComputeReadWrite);
+        .bind("light_positions", lights.positions, Access::ComputeRead)
+        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .bind("grid", placement, Access::ComputeRead)
+        .bind("occupancy", grid.occupancy, Access::ComputeRead)
+        .bind("ranks", grid.ranks, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("representatives", representatives, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     Descent { tables, representatives, index_bits }
 }
@@ -58,11 +58,11 @@ fn build_tables(frame: &mut Frame, grid: &GridLights) -> BufferHandle {
     let dispatch = Dispatch::Indirect { buffer: grid.dispatches, offset_bytes: 0 };
     let pass = frame
         .compute("descent/build_tables", shader("descent/build_tables", dispatch))
-        .bind(1, grid.lights, Access::ComputeRead)
-        .bind(2, grid.occupancy, Access::ComputeRead)
-        .bind(3, grid.ranks, Access::ComputeRead)
-        .bind(4, grid.level_table, Access::ComputeRead)
-        .bind(5, tables, Access::ComputeWrite)
+        .bind("grid_lights", grid.lights, Access::ComputeRead)
+        .bind("occupancy", grid.occupancy, Access::ComputeRead)
+        .bind("ranks", grid.ranks, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("descent", tables, Access::ComputeWrite)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);
     tables

@@ -12,10 +12,10 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
     let work = frame.ray_shader("direct_light/shade_direct", frame.per_pixel());
     let pass = frame
         .compute("direct_light", work)
-        .bind(1, gbuffer.depth, Access::ComputeSampled)
-        .bind(2, gbuffer.albedo, Access::ComputeSampled)
-        .bind(3, gbuffer.normals, Access::ComputeSampled)
-        .bind(4, direct, Access::ComputeWrite);
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("out_direct", direct, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     direct
 }

@@ -36,18 +36,18 @@ pub fn add(frame: &mut Frame, what: &str, range: ScanRange) {
     let name = |step: &str| format!("exclusive_scan/{what}/{step}");
     let reduce = frame
         .compute(&name("reduce_blocks"), work(&variant("reduce_blocks"), block_count))
-        .bind(1, range.bits, Access::ComputeRead)
-        .bind(2, sums, Access::ComputeWrite);
+        .bind("bits", range.bits, Access::ComputeRead)
+        .bind("block_sums", sums, Access::ComputeWrite);
     frame.graph.add_pass(reduce);
     let scan_sums = frame
         .compute(&name("scan_block_sums"), work("scan_block_sums", 1))
-        .bind(1, sums, Access::ComputeReadWrite)
-        .bind(2, range.ranks, write_ranks);
+        .bind("block_sums", sums, Access::ComputeReadWrite)
+        .bind("ranks", range.ranks, write_ranks);
     frame.graph.add_pass(scan_sums);
     let scan = frame
         .compute(&name("scan_blocks"), work(&variant("scan_blocks"), block_count))
-        .bind(1, range.bits, Access::ComputeRead)
-        .bind(2, sums, Access::ComputeRead)
-        .bind(3, range.ranks, Access::ComputeReadWrite);
+        .bind("bits", range.bits, Access::ComputeRead)
+        .bind("block_sums", sums, Access::ComputeRead)
+        .bind("ranks", range.ranks, Access::ComputeReadWrite);
     frame.graph.add_pass(scan);
 }

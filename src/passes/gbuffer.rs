@@ -51,7 +51,7 @@ pub fn add(frame: &mut Frame) -> GBuffer {
     };
     frame.graph.add_pass(
         Pass::new("gbuffer", Work::Raster(work))
-            .bind(0, frame.data, Access::GraphicsUniform)
+            .bind("frame", frame.data, Access::GraphicsUniform)
             .uses(albedo, Access::ColorAttachmentWrite)
             .uses(normals, Access::ColorAttachmentWrite)
             .uses(depth, Access::DepthAttachmentWrite),

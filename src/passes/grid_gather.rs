@@ -14,15 +14,15 @@ pub fn add(frame: &mut Frame, placement: BufferHandle, grid: &GridLights) {
             Build::Cascade => ("grid_gather/gather_below", over_level(grid, level)),
             Build::Gather | Build::Scatter => ("grid_gather/gather_vertex", per_light(grid, level)),
         };
-        let constants = vec![u32::from(frame.shape.center == Center::Uniform)];
+        let constants = vec![("UNIFORM_CENTER", u32::from(frame.shape.center == Center::Uniform))];
         let work = ComputeWork { push: vec![level], constants, ..shader(name, dispatch) };
         let pass = frame
             .compute(&format!("grid_gather/S{level}"), work)
-            .bind(1, placement, Access::ComputeRead)
-            .bind(2, grid.occupancy, Access::ComputeRead)
-            .bind(3, grid.ranks, Access::ComputeRead)
-            .bind(4, grid.level_table, Access::ComputeRead)
-            .bind(5, grid.lights, Access::ComputeReadWrite)
+            .bind("grid", placement, Access::ComputeRead)
+            .bind("occupancy", grid.occupancy, Access::ComputeRead)
+            .bind("ranks", grid.ranks, Access::ComputeRead)
+            .bind("level_table", grid.level_table, Access::ComputeRead)
+            .bind("grid_lights", grid.lights, Access::ComputeReadWrite)
             .uses(grid.dispatches, Access::IndirectRead);
         frame.graph.add_pass(pass);
     }

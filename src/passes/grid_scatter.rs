@@ -16,18 +16,18 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
     for level in 1..=last {
         let work = ComputeWork {
             push: vec![level],
-            constants: vec![uniform_center(frame)],
+            constants: vec![("UNIFORM_CENTER", uniform_center(frame))],
             ..shader("grid_scatter/scatter_lights", threads(frame.shape.light_capacity()))
         };
         let pass = frame
             .compute(&format!("grid_scatter/S{level}"), work)
-            .bind(1, lights.positions, Access::ComputeRead)
-            .bind(2, lights.fluxes, Access::ComputeRead)
-            .bind(3, placement, Access::ComputeRead)
-            .bind(4, grid.occupancy, Access::ComputeRead)
-            .bind(5, grid.ranks, Access::ComputeRead)
-            .bind(6, grid.level_table, Access::ComputeRead)
-            .bind(7, moments, Access::ComputeReadWrite);
+            .bind("light_positions", lights.positions, Access::ComputeRead)
+            .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+            .bind("grid", placement, Access::ComputeRead)
+            .bind("occupancy", grid.occupancy, Access::ComputeRead)
+            .bind("ranks", grid.ranks, Access::ComputeRead)
+            .bind("level_table", grid.level_table, Access::ComputeRead)
+            .bind("moments", moments, Access::ComputeReadWrite);
         frame.graph.add_pass(pass);
     }
     for level in 1..=last {
@@ -45,21 +45,21 @@ pub fn add_sorted(
 ) {
     let moments = declare_moments(frame);
     let work = ComputeWork {
-        constants: vec![uniform_center(frame)],
+        constants: vec![("UNIFORM_CENTER", uniform_center(frame))],
         ..shader("grid_scatter/sum_lights", over_level(grid, 1))
     };
     let pass = frame
         .compute("grid_scatter/S1", work)
-        .bind(1, lights.positions, Access::ComputeRead)
-        .bind(2, lights.fluxes, Access::ComputeRead)
-        .bind(3, placement, Access::ComputeRead)
-        .bind(4, buckets.cells, Access::ComputeRead)
-        .bind(5, buckets.ranks, Access::ComputeRead)
-        .bind(6, grid.level_table, Access::ComputeRead)
-        .bind(7, moments, Access::ComputeWrite)
-        .bind(8, grid.lights, Access::ComputeRead)
-        .bind(9, buckets.starts, Access::ComputeRead)
-        .bind(10, buckets.lights, Access::ComputeRead)
+        .bind("light_positions", lights.positions, Access::ComputeRead)
+        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .bind("grid", placement, Access::ComputeRead)
+        .bind("cell_bits", buckets.cells, Access::ComputeRead)
+        .bind("cell_ranks", buckets.ranks, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("moments", moments, Access::ComputeWrite)
+        .bind("grid_lights", grid.lights, Access::ComputeRead)
+        .bind("bucket_starts", buckets.starts, Access::ComputeRead)
+        .bind("bucket_lights", buckets.lights, Access::ComputeRead)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);
     resolve(frame, placement, grid, moments, 1);
@@ -78,15 +78,15 @@ fn declare_moments(frame: &mut Frame) -> BufferHandle {
 fn resolve(frame: &mut Frame, placement: BufferHandle, grid: &GridLights, moments: BufferHandle, level: u32) {
     let work = ComputeWork {
         push: vec![level],
-        constants: vec![uniform_center(frame)],
+        constants: vec![("UNIFORM_CENTER", uniform_center(frame))],
         ..shader("grid_scatter/resolve_moments", over_level(grid, level))
     };
     let pass = frame
         .compute(&format!("grid_scatter/resolve_S{level}"), work)
-        .bind(1, moments, Access::ComputeRead)
-        .bind(2, placement, Access::ComputeRead)
-        .bind(3, grid.level_table, Access::ComputeRead)
-        .bind(4, grid.lights, Access::ComputeReadWrite)
+        .bind("moments", moments, Access::ComputeRead)
+        .bind("grid", placement, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("grid_lights", grid.lights, Access::ComputeReadWrite)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);
 }

@@ -34,26 +34,26 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, seen: &Seen) -> BufferHandle {
         Some(samples) => {
             let work = ComputeWork { push: vec![flags], ..frame.ray_shader("inspect/inspect_pixel_lights", one) };
             shadow_rays::sampling(frame, "inspect", work, gbuffer, samples)
-                .bind(15, samples.placement, Access::ComputeRead)
-                .bind(16, samples.merged.tiles, Access::ComputeRead)
+                .bind("grid", samples.placement, Access::ComputeRead)
+                .bind("tiles", samples.merged.tiles, Access::ComputeRead)
         }
         None => {
             let work = ComputeWork { push: vec![0, flags], ..shader("inspect/inspect_pixel", one) };
-            frame.compute("inspect", work).bind(1, gbuffer.depth, Access::ComputeSampled).bind(
-                2,
+            frame.compute("inspect", work).bind("depth_image", gbuffer.depth, Access::ComputeSampled).bind(
+                "normals_image",
                 gbuffer.normals,
                 Access::ComputeSampled,
             )
         }
     };
     let pass = pass
-        .bind(17, gbuffer.albedo, Access::ComputeSampled)
-        .bind(18, seen.radiance, Access::ComputeSampled)
-        .bind(19, seen.direct.unwrap_or(unused), Access::ComputeSampled)
-        .bind(20, lighting.unwrap_or(unused), Access::ComputeSampled)
-        .bind(21, shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
-        .bind(22, shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
-        .bind(23, inspected, Access::ComputeWrite);
+        .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
+        .bind("radiance_image", seen.radiance, Access::ComputeSampled)
+        .bind("direct_image", seen.direct.unwrap_or(unused), Access::ComputeSampled)
+        .bind("indirect_image", lighting.unwrap_or(unused), Access::ComputeSampled)
+        .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
+        .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
+        .bind("inspected", inspected, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     inspected
 }

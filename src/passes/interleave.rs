@@ -41,8 +41,8 @@ pub fn split_depth(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
     };
     frame.graph.add_pass(
         Pass::new("interleave/split_depth", Work::Raster(work))
-            .bind(0, frame.data, Access::GraphicsUniform)
-            .bind(1, gbuffer.depth, Access::FragmentSampled)
+            .bind("frame", frame.data, Access::GraphicsUniform)
+            .bind("depth_image", gbuffer.depth, Access::FragmentSampled)
             .uses(depth, Access::DepthAttachmentWrite),
     );
     depth
@@ -66,9 +66,9 @@ pub fn composite(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle) ->
     let edges = frame.graph.transient_buffer("discontinuities", 4 * pixels);
     let pass = frame
         .compute("interleave/find_edges", shader("interleave/find_edges", frame.per_pixel()))
-        .bind(1, gbuffer.depth, Access::ComputeSampled)
-        .bind(2, gbuffer.normals, Access::ComputeSampled)
-        .bind(3, edges, Access::ComputeWrite);
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("edges", edges, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     let input = Input { what: "lighting", image: lighting, lighting, is_lighting: true };
     let blurred = blur(frame, gbuffer, edges, input);
@@ -109,15 +109,19 @@ fn blur(frame: &mut Frame, gbuffer: &GBuffer, edges: BufferHandle, input: Input)
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let blurred = frame.image(&format!("{}_blurred_{name}", input.what), vk::Format::R32G32B32A32_SFLOAT);
         let weighting = if input.is_lighting { 0 } else { 1 + axis as u32 };
-        let constants = vec![axis as u32, u32::from(input.is_lighting && axis == 0), weighting];
+        let constants = vec![
+            ("AXIS", axis as u32),
+            ("READS_INTERLEAVED", u32::from(input.is_lighting && axis == 0)),
+            ("WEIGHTING", weighting),
+        ];
         let work = ComputeWork { constants, ..shader("interleave/blur", frame.per_pixel()) };
         let pass = frame
             .compute(&format!("interleave/blur_{}_{name}", input.what), work)
-            .bind(1, image, Access::ComputeSampled)
-            .bind(2, edges, Access::ComputeRead)
-            .bind(3, blurred, Access::ComputeWrite)
-            .bind(4, gbuffer.depth, Access::ComputeSampled)
-            .bind(5, input.lighting, Access::ComputeSampled);
+            .bind("input_image", image, Access::ComputeSampled)
+            .bind("edges", edges, Access::ComputeRead)
+            .bind("out_image", blurred, Access::ComputeWrite)
+            .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+            .bind("lighting_image", input.lighting, Access::ComputeSampled);
         frame.graph.add_pass(pass);
         image = blurred;
     }

@@ -33,26 +33,25 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle) -> Light
     frame.clear("light_buckets/clear", &[(listed.cells, 0), (counts, 0)]);
     let per_light = |frame: &Frame, step: &str| {
         let name = format!("light_buckets/{step}");
-        frame.compute(&name, shader(&name, threads(capacity))).bind(1, lights.positions, Access::ComputeRead).bind(
-            2,
-            placement,
-            Access::ComputeRead,
-        )
+        frame
+            .compute(&name, shader(&name, threads(capacity)))
+            .bind("light_positions", lights.positions, Access::ComputeRead)
+            .bind("grid", placement, Access::ComputeRead)
     };
-    let pass = per_light(frame, "mark_cells").bind(3, listed.cells, Access::ComputeReadWrite);
+    let pass = per_light(frame, "mark_cells").bind("cell_bits", listed.cells, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     scan(frame, "cells", listed.cells, listed.ranks, words, false);
     let per_cell = |frame: &Frame, step: &str| {
         per_light(frame, step)
-            .bind(3, listed.cells, Access::ComputeRead)
-            .bind(4, listed.ranks, Access::ComputeRead)
-            .bind(5, counts, Access::ComputeReadWrite)
+            .bind("cell_bits", listed.cells, Access::ComputeRead)
+            .bind("cell_ranks", listed.ranks, Access::ComputeRead)
+            .bind("bucket_counts", counts, Access::ComputeReadWrite)
     };
     let pass = per_cell(frame, "count_lights");
     frame.graph.add_pass(pass);
     scan(frame, "light_buckets", counts, listed.starts, capacity, true);
-    let pass = per_cell(frame, "list_lights").bind(6, listed.starts, Access::ComputeRead).bind(
-        7,
+    let pass = per_cell(frame, "list_lights").bind("bucket_starts", listed.starts, Access::ComputeRead).bind(
+        "bucket_lights",
         listed.lights,
         Access::ComputeWrite,
     );
@@ -70,8 +69,8 @@ pub fn sort(frame: &mut Frame, buckets: &LightBuckets) {
     let work = shader("light_buckets/sort_bucket", threads(frame.shape.light_capacity()));
     let pass = frame
         .compute("light_buckets/sort_bucket", work)
-        .bind(1, buckets.ranks, Access::ComputeRead)
-        .bind(2, buckets.starts, Access::ComputeRead)
-        .bind(3, buckets.lights, Access::ComputeReadWrite);
+        .bind("cell_ranks", buckets.ranks, Access::ComputeRead)
+        .bind("bucket_starts", buckets.starts, Access::ComputeRead)
+        .bind("bucket_lights", buckets.lights, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
 }

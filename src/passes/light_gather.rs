@@ -37,25 +37,25 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> Lighting {
     let lighting = declare(frame, vk::Format::R32G32B32A32_SFLOAT);
     let mut pass = frame
         .compute("light_gather", work(frame))
-        .bind(1, merged.texels, Access::ComputeSampled)
-        .bind(2, merged.tiles, Access::ComputeRead)
-        .bind(3, *placement, Access::ComputeRead)
-        .bind(4, gbuffer.depth, Access::ComputeSampled)
-        .bind(5, gbuffer.normals, Access::ComputeSampled)
-        .bind(6, grid.occupancy, Access::ComputeRead)
-        .bind(7, grid.ranks, Access::ComputeRead)
-        .bind(8, grid.level_table, Access::ComputeRead)
-        .bind(9, lighting.image, Access::ComputeWrite)
-        .bind(10, lighting.overdraw, Access::ComputeWrite);
+        .bind("light_texels", merged.texels, Access::ComputeSampled)
+        .bind("tiles", merged.tiles, Access::ComputeRead)
+        .bind("grid", *placement, Access::ComputeRead)
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("occupancy", grid.occupancy, Access::ComputeRead)
+        .bind("ranks", grid.ranks, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("out_lighting", lighting.image, Access::ComputeWrite)
+        .bind("overdraw", lighting.overdraw, Access::ComputeWrite);
     if let Some(reservoirs) = lighting.reservoirs {
-        pass = pass.bind(11, reservoirs, Access::ComputeWrite);
+        pass = pass.bind("reservoirs", reservoirs, Access::ComputeWrite);
     }
     if let Some(buckets) = buckets {
         pass = pass
-            .bind(12, buckets.starts, Access::ComputeRead)
-            .bind(13, buckets.lights, Access::ComputeRead)
-            .bind(14, buckets.cells, Access::ComputeRead)
-            .bind(15, buckets.ranks, Access::ComputeRead);
+            .bind("bucket_starts", buckets.starts, Access::ComputeRead)
+            .bind("bucket_lights", buckets.lights, Access::ComputeRead)
+            .bind("cell_bits", buckets.cells, Access::ComputeRead)
+            .bind("cell_ranks", buckets.ranks, Access::ComputeRead);
     }
     frame.graph.add_pass(pass);
     lighting
@@ -68,8 +68,9 @@ fn work(frame: &Frame) -> ComputeWork {
     let originals = if shape.first_level == 0 { "_first_level_0" } else { "" };
     let reservoirs = if shape.shadow_samples == 0 { "_none" } else { "" };
     let dispatch = Dispatch::Groups([width, height, shape.interleave * shape.interleave]);
-    ComputeWork {
-        constants: vec![u32::from(shape.count_overdraw), shape.lobe.code(), shape.shadow_samples.max(1)],
-        ..shader(&format!("light_gather/shade_tiles{originals}{reservoirs}"), dispatch)
+    let mut constants = vec![("COUNT_OVERDRAW", u32::from(shape.count_overdraw)), ("LOBE", shape.lobe.code())];
+    if shape.shadow_samples > 0 {
+        constants.push(("SAMPLES", shape.shadow_samples));
     }
+    ComputeWork { constants, ..shader(&format!("light_gather/shade_tiles{originals}{reservoirs}"), dispatch) }
 }

@@ -59,21 +59,21 @@ pub fn add(
     let depth_access =
         if depth == gbuffer.depth { Access::DepthAttachmentReadSampled } else { Access::DepthAttachmentRead };
     let mut pass = Pass::new("light_volumes", Work::Raster(work))
-        .bind(0, frame.data, Access::GraphicsUniform)
-        .bind(1, merged.lights, Access::GraphicsRead)
-        .bind(2, merged.tiles, Access::GraphicsRead)
-        .bind(3, placement, Access::GraphicsRead)
-        .bind(5, gbuffer.normals, Access::FragmentSampled)
-        .bind(6, overdraw, Access::FragmentReadWrite)
+        .bind("frame", frame.data, Access::GraphicsUniform)
+        .bind("merged_lights", merged.lights, Access::GraphicsRead)
+        .bind("tiles", merged.tiles, Access::GraphicsRead)
+        .bind("grid", placement, Access::GraphicsRead)
+        .bind("normals_image", gbuffer.normals, Access::FragmentSampled)
+        .bind("overdraw", overdraw, Access::FragmentReadWrite)
         .uses(merged.draws, Access::IndirectRead)
         .uses(image, Access::ColorAttachmentWrite);
     pass = if depth == gbuffer.depth {
-        pass.bind(4, depth, depth_access)
+        pass.bind("depth_image", depth, depth_access)
     } else {
-        pass.bind(4, gbuffer.depth, Access::FragmentSampled).uses(depth, depth_access)
+        pass.bind("depth_image", gbuffer.depth, Access::FragmentSampled).uses(depth, depth_access)
     };
     if let Some(reservoirs) = reservoirs {
-        pass = pass.bind(7, reservoirs, Access::FragmentReadWrite);
+        pass = pass.bind("reservoirs", reservoirs, Access::FragmentReadWrite);
     }
     frame.graph.add_pass(pass);
     Lighting { image, reservoirs, overdraw }
@@ -110,7 +110,10 @@ fn draws(frame: &Frame, merged: &MergedLights) -> Vec<RasterDraw> {
         let draw = |vertex: &str, fragment: &str, depth_compare, cull, viewport, call| RasterDraw {
             vertex: format!("light_volumes/{vertex}.vert"),
             fragment: format!("light_volumes/{fragment}_{mode}.frag"),
-            constants: vec![u32::from(frame.shape.count_overdraw), frame.shape.lobe.code()],
+            constants: vec![
+                ("COUNT_OVERDRAW", u32::from(frame.shape.count_overdraw)),
+                ("LOBE", frame.shape.lobe.code()),
+            ],
             push: vec![tile],
             state: RasterState { additive_blend: true, depth_compare, depth_write: false, cull, scene_vertices: false },
             viewport,

@@ -55,24 +55,24 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
     let dispatch = frame.graph.transient_buffer("merge_dispatch", 16);
     let pass = frame
         .compute("merge/deal_tiles", shader("merge/deal_tiles", Dispatch::groups(1)))
-        .bind(1, grid.level_table, Access::ComputeRead)
-        .bind(2, lights.counts, Access::ComputeRead)
-        .bind(3, merged.tiles, Access::ComputeWrite)
-        .bind(4, merged.draws, Access::ComputeWrite)
-        .bind(5, dispatch, Access::ComputeWrite);
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("light_counts", lights.counts, Access::ComputeRead)
+        .bind("tiles", merged.tiles, Access::ComputeWrite)
+        .bind("draws", merged.draws, Access::ComputeWrite)
+        .bind("merge_dispatch", dispatch, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     let indirect = Dispatch::Indirect { buffer: dispatch, offset_bytes: 0 };
     let pass = frame
         .compute("merge", shader("merge/merge_lights", indirect))
-        .bind(1, grid.lights, Access::ComputeRead)
-        .bind(2, grid.level_table, Access::ComputeRead)
-        .bind(3, merged.tiles, Access::ComputeRead)
-        .bind(4, lights.positions, Access::ComputeRead)
-        .bind(5, lights.fluxes, Access::ComputeRead)
-        .bind(6, lights.counts, Access::ComputeRead)
-        .bind(7, merged.lights, Access::ComputeWrite)
-        .bind(8, placement, Access::ComputeRead)
-        .bind(9, merged.texels, Access::ComputeWrite)
+        .bind("grid_lights", grid.lights, Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("tiles", merged.tiles, Access::ComputeRead)
+        .bind("light_positions", lights.positions, Access::ComputeRead)
+        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .bind("light_counts", lights.counts, Access::ComputeRead)
+        .bind("merged_lights", merged.lights, Access::ComputeWrite)
+        .bind("grid", placement, Access::ComputeRead)
+        .bind("light_texels", merged.texels, Access::ComputeWrite)
         .uses(dispatch, Access::IndirectRead);
     frame.graph.add_pass(pass);
     merged

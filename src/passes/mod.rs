@@ -35,7 +35,8 @@ use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use crate::light_grid::Levels;
 use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints, View};
-use crate::shared::{FrameData, WORKGROUP_SIZE};
+use crate::shader::spirv;
+use crate::shared::FrameData;
 
 /// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
 #[derive(Clone, Debug, PartialEq)]
@@ -160,26 +161,29 @@ impl Frame {
         self.graph.add_pass(pass);
     }
 
-    /// A compute pass with the frame's constants at binding 0; bind the rest and add it to the graph.
+    /// A compute pass with the frame's constants bound where its shader reads them; bind the rest and add it to the
+    /// graph.
     #[must_use]
     pub fn compute(&self, name: &str, work: ComputeWork) -> Pass<Work> {
-        Pass::new(name, Work::Compute(work)).bind(0, self.data, Access::ComputeUniform)
+        let reads_frame = spirv::interface(&work.shader).is_ok_and(|shader| shader.binding("frame").is_some());
+        let pass = Pass::new(name, Work::Compute(work));
+        if reads_frame { pass.bind("frame", self.data, Access::ComputeUniform) } else { pass }
     }
 
     /// One thread per pixel of the picture.
     #[must_use]
-    pub fn per_pixel(&self) -> Dispatch {
-        Dispatch::pixels(self.shape.width_px, self.shape.height_px, crate::shared::TILE_SIZE)
+    pub fn per_pixel(&self) -> Extent {
+        Extent::Pixels([self.shape.width_px, self.shape.height_px])
     }
 
     /// Work of a compute shader that traces rays over the scene.
     #[must_use]
-    pub fn ray_shader(&self, name: &str, dispatch: Dispatch) -> ComputeWork {
+    pub fn ray_shader(&self, name: &str, extent: impl Into<Extent>) -> ComputeWork {
         let suffix = match self.shape.rays {
             Rays::Bvh => "",
             Rays::Query => "_query",
         };
-        ComputeWork { uses_scene: true, ..shader(&format!("{name}{suffix}"), dispatch) }
+        ComputeWork { uses_scene: true, ..shader(&format!("{name}{suffix}"), extent) }
     }
 
     /// A transient image of the picture's size.
@@ -199,21 +203,54 @@ impl Frame {
     }
 }
 
+/// How much a shader runs over: the number of its workgroups follows from their size.
+#[derive(Clone, Copy, Debug)]
+pub enum Extent {
+    /// At least as many threads in a line.
+    Threads(u32),
+    /// At least one thread per pixel: width, height.
+    Pixels([u32; 2]),
+    /// Workgroups as they are.
+    Workgroups(Dispatch),
+}
+
+impl From<Dispatch> for Extent {
+    fn from(dispatch: Dispatch) -> Self {
+        Self::Workgroups(dispatch)
+    }
+}
+
+impl Extent {
+    /// The dispatch in workgroups of this size.
+    #[must_use]
+    pub fn dispatch(self, workgroup_size: [u32; 3]) -> Dispatch {
+        let [x, y, _] = workgroup_size.map(|edge| edge.max(1));
+        match self {
+            Self::Threads(count) => Dispatch::groups(count.div_ceil(x)),
+            Self::Pixels([width, height]) => Dispatch::Groups([width.div_ceil(x), height.div_ceil(y), 1]),
+            Self::Workgroups(dispatch) => dispatch,
+        }
+    }
+}
+
 /// Compute work of one shader; the rest by struct update.
 #[must_use]
-pub fn shader(name: &str, dispatch: Dispatch) -> ComputeWork {
+pub fn shader(name: &str, extent: impl Into<Extent>) -> ComputeWork {
+    let shader = format!("{name}.comp");
+    // A shader that is missing is an error once the frame is checked.
+    let workgroup_size = spirv::interface(&shader).map_or([1; 3], |interface| interface.workgroup_size);
     ComputeWork {
-        shader: format!("{name}.comp"),
+        shader,
         constants: Vec::new(),
         push: Vec::new(),
-        dispatch,
+        dispatch: extent.into().dispatch(workgroup_size),
         uses_scene: false,
         repeat: None,
     }
 }
 
-/// One thread per item in workgroups of [`WORKGROUP_SIZE`].
+/// One thread per item.
 #[must_use]
-pub fn threads(count: u32) -> Dispatch {
-    Dispatch::threads(count, WORKGROUP_SIZE)
+pub fn threads(count: u32) -> Extent {
+    Extent::Threads(count)
 }

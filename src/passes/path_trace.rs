@@ -11,8 +11,8 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
     let work = reference::work(frame, "path_trace/trace_pixels", samples, vec![samples]);
     let pass = frame
         .compute("path_trace", work)
-        .bind(1, gbuffer.depth, Access::ComputeSampled)
-        .bind(2, gbuffer.normals, Access::ComputeSampled)
-        .bind(3, sum, Access::ComputeReadWrite);
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("sum_image", sum, Access::ComputeReadWrite);
     reference::add(frame, pass, sum)
 }

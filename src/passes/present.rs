@@ -36,7 +36,7 @@ pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat, 
     let draw = RasterDraw {
         vertex: "present/draw_picture.vert".to_owned(),
         fragment: "present/draw_picture.frag".to_owned(),
-        constants: vec![u32::from(window.driver_encodes)],
+        constants: vec![("DRIVER_ENCODES", u32::from(window.driver_encodes))],
         push: Vec::new(),
         state: RasterState {
             additive_blend: false,
@@ -57,7 +57,7 @@ pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat, 
     };
     graph.add_pass(
         Pass::new("present/draw_picture", Work::Raster(work))
-            .bind(0, picture, Access::FragmentSampled)
+            .bind("picture", picture, Access::FragmentSampled)
             .uses(shown, access),
     );
     if part == Part::Left {

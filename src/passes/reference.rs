@@ -31,8 +31,8 @@ pub fn add(frame: &mut Frame, pass: Pass<crate::gpu::Work>, sum: ImageHandle) ->
     let lighting = frame.image("reference_lighting", vk::Format::R32G32B32A32_SFLOAT);
     let resolve = frame
         .compute("reference/resolve", shader("reference/resolve_sum", frame.per_pixel()))
-        .bind(1, sum, Access::ComputeSampled)
-        .bind(2, lighting, Access::ComputeWrite);
+        .bind("sum_image", sum, Access::ComputeSampled)
+        .bind("out_lighting", lighting, Access::ComputeWrite);
     frame.graph.add_pass(resolve);
     lighting
 }

@@ -48,14 +48,14 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, samples: &Samples) -> ShadowEst
     let unshadowed = frame.image("unshadowed", FORMAT);
     let work = frame.ray_shader("shadow_rays/trace_shadow_rays", frame.per_pixel());
     let pass = sampling(frame, "shadow_rays", work, gbuffer, samples)
-        .bind(6, shadowed, Access::ComputeWrite)
-        .bind(7, unshadowed, Access::ComputeWrite)
-        .bind(8, frame.ray_count, Access::ComputeReadWrite);
+        .bind("out_shadowed", shadowed, Access::ComputeWrite)
+        .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
+        .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     ShadowEstimates { shadowed, unshadowed }
 }
 
-/// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs: 0 to 5 and 9 to 14.
+/// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs.
 pub(super) fn sampling(
     frame: &Frame,
     name: &str,
@@ -65,21 +65,21 @@ pub(super) fn sampling(
 ) -> Pass<Work> {
     let Samples { merged, lights, grid, descent, .. } = samples;
     let exact = frame.shape.reservoir == Reservoir::Exact;
-    let constants = vec![u32::from(descent.is_some()), frame.shape.lobe.code(), u32::from(exact)];
+    let constants =
+        vec![("DESCEND", u32::from(descent.is_some())), ("LOBE", frame.shape.lobe.code()), ("EXACT", u32::from(exact))];
     let push = [&[descent.map_or(0, |d| d.index_bits)], work.push.as_slice()].concat();
     // What is not there is not read, but a binding needs a buffer.
     let unused = grid.ranks;
     frame
         .compute(name, ComputeWork { constants, push, ..work })
-        .bind(1, gbuffer.depth, Access::ComputeSampled)
-        .bind(2, gbuffer.normals, Access::ComputeSampled)
-        .bind(3, samples.lighting, Access::ComputeSampled)
-        .bind(4, merged.lights, Access::ComputeRead)
-        .bind(5, samples.reservoirs.unwrap_or(unused), Access::ComputeRead)
-        .bind(9, grid.lights, Access::ComputeRead)
-        .bind(10, grid.level_table, Access::ComputeRead)
-        .bind(11, descent.map_or(unused, |d| d.tables), Access::ComputeRead)
-        .bind(12, descent.map_or(unused, |d| d.representatives), Access::ComputeRead)
-        .bind(13, lights.positions, Access::ComputeRead)
-        .bind(14, lights.fluxes, Access::ComputeRead)
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("lighting_image", samples.lighting, Access::ComputeSampled)
+        .bind("merged_lights", merged.lights, Access::ComputeRead)
+        .bind("reservoirs", samples.reservoirs.unwrap_or(unused), Access::ComputeRead)
+        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("descent", descent.map_or(unused, |d| d.tables), Access::ComputeRead)
+        .bind("representatives", descent.map_or(unused, |d| d.representatives), Access::ComputeRead)
+        .bind("light_positions", lights.positions, Access::ComputeRead)
+        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
 }

@@ -21,9 +21,9 @@ pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ToneMapped {
     let picture = frame.kept_image("picture", vk::Format::R8G8B8A8_UNORM);
     let map = frame
         .compute("tone_map", shader("tone_map/tone_map", frame.per_pixel()))
-        .bind(1, radiance, Access::ComputeSampled)
-        .bind(2, exposure, Access::ComputeRead)
-        .bind(3, picture, Access::ComputeWrite);
+        .bind("radiance_image", radiance, Access::ComputeSampled)
+        .bind("exposure", exposure, Access::ComputeRead)
+        .bind("out_picture", picture, Access::ComputeWrite);
     frame.graph.add_pass(map);
     ToneMapped { picture, exposure }
 }
@@ -32,11 +32,10 @@ pub fn add(frame: &mut Frame, radiance: ImageHandle) -> ToneMapped {
 pub fn measure_exposure(frame: &mut Frame, name: &str, radiance: ImageHandle) -> BufferHandle {
     let exposure = frame.graph.persistent_buffer(name, 16);
     let work = shader("tone_map/measure_exposure", Dispatch::Groups([1, 1, 1]));
-    let pass = frame.compute(&format!("tone_map/measure_{name}"), work).bind(1, radiance, Access::ComputeSampled).bind(
-        2,
-        exposure,
-        Access::ComputeWrite,
-    );
+    let pass = frame
+        .compute(&format!("tone_map/measure_{name}"), work)
+        .bind("radiance_image", radiance, Access::ComputeSampled)
+        .bind("exposure", exposure, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     exposure
 }

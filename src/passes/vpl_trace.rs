@@ -1,7 +1,6 @@
 //! `vpl_trace`: light paths from the scene's lights, a VPL at every diffuse hit (section 4, Keller 1997).
 
-use super::Frame;
-use crate::gpu::Dispatch;
+use super::{Frame, threads};
 use crate::graph::{Access, BufferHandle};
 
 /// VPLs where the paths left them: path p, bounce b in slot p * bounces + b.
@@ -17,9 +16,6 @@ pub struct VplSlots {
     pub count: u32,
 }
 
-/// Invocations per workgroup of the shader.
-const GROUP_SIZE: u32 = 64;
-
 /// Adds the passes.
 pub fn add(frame: &mut Frame) -> VplSlots {
     let count = frame.shape.slot_count();
@@ -27,13 +23,13 @@ pub fn add(frame: &mut Frame) -> VplSlots {
     let fluxes = frame.graph.transient_buffer("vpl_slot_fluxes", 16 * u64::from(count));
     let bits = frame.graph.transient_buffer("vpl_slot_bits", 4 * u64::from(count.div_ceil(32)));
     frame.clear("vpl_trace/clear", &[(bits, 0)]);
-    let work = frame.ray_shader("vpl_trace/trace_paths", Dispatch::threads(frame.shape.path_count, GROUP_SIZE));
+    let work = frame.ray_shader("vpl_trace/trace_paths", threads(frame.shape.path_count));
     let pass = frame
         .compute("vpl_trace", work)
-        .bind(1, positions, Access::ComputeWrite)
-        .bind(2, fluxes, Access::ComputeWrite)
-        .bind(3, bits, Access::ComputeReadWrite)
-        .bind(4, frame.ray_count, Access::ComputeReadWrite);
+        .bind("slot_positions", positions, Access::ComputeWrite)
+        .bind("slot_fluxes", fluxes, Access::ComputeWrite)
+        .bind("slot_bits", bits, Access::ComputeReadWrite)
+        .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     VplSlots { positions, fluxes, bits, count }
 }

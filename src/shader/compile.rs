@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::interface::{Table, to_text};
+use super::reflect::reflect;
 use super::source::{ShaderSource, all_sources};
 use super::spirv::{self, Spirv};
 use super::variants::Stage;
@@ -54,6 +56,7 @@ pub fn compile_all(shaders_dir: &Path) -> Result<Vec<String>> {
         manifest.insert(source.name, hash);
     }
     remove_orphans(&out_dir, &manifest)?;
+    write_interfaces(&out_dir, manifest.keys())?;
     let text = serde_json::to_string_pretty(&manifest).map_err(|e| Error::file(&manifest_path, e))?;
     std::fs::write(&manifest_path, text + "\n").map_err(|e| Error::file(&manifest_path, e))?;
     Ok(compiled)
@@ -89,11 +92,25 @@ pub fn reload(shaders_dir: &Path) -> Result<Reload> {
     for source in all_sources(shaders_dir)? {
         let hash = source.hash();
         if spirv::hash_in_use(&source.name).as_ref() != Some(&hash) {
-            let spirv = Spirv::new(hash, &compile(&compiler, &source)?);
+            let words = spirv::to_words(&compile(&compiler, &source)?);
+            let interface = reflect(&words).map_err(|e| Error::Failure(format!("{}: {e}", source.name)))?;
+            let spirv = Spirv::new(hash, words, interface);
             fresh.push((source.name, Some(spirv)));
         }
     }
     Ok(Reload(fresh))
+}
+
+/// Writes the table of what every module asks for.
+fn write_interfaces<'a>(out_dir: &Path, names: impl Iterator<Item = &'a String>) -> Result<()> {
+    let mut table = Table::new();
+    for name in names {
+        let path = out_dir.join(format!("{}.spv", name.replace('/', "__")));
+        let words = spirv::to_words(&std::fs::read(&path).map_err(|e| Error::file(&path, e))?);
+        table.insert(name.clone(), reflect(&words).map_err(|e| Error::file(&path, e))?);
+    }
+    let path = out_dir.join("interfaces.json");
+    std::fs::write(&path, to_text(&table)).map_err(|e| Error::file(&path, e))
 }
 
 fn remove_orphans(out_dir: &Path, manifest: &BTreeMap<String, String>) -> Result<()> {

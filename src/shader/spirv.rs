@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock};
 
+use super::interface::{self, Interface};
 use crate::error::{Error, Result};
 
 include!(concat!(env!("OUT_DIR"), "/spirv_table.rs"));
@@ -13,13 +14,14 @@ pub struct Spirv {
     /// Hash of its source.
     hash: String,
     words: Vec<u32>,
+    interface: Interface,
 }
 
 impl Spirv {
-    /// SPIR-V with the hash of its source.
+    /// SPIR-V with the hash of its source, and what it asks for.
     #[must_use]
-    pub fn new(hash: String, bytes: &[u8]) -> Self {
-        Self { hash, words: to_words(bytes) }
+    pub fn new(hash: String, words: Vec<u32>, interface: Interface) -> Self {
+        Self { hash, words, interface }
     }
 }
 
@@ -40,7 +42,20 @@ pub fn words(name: &str) -> Result<Vec<u32>> {
     Ok(to_words(bytes))
 }
 
-fn to_words(bytes: &[u8]) -> Vec<u32> {
+/// What the shader variant `name` asks for.
+///
+/// # Errors
+/// When no such variant was compiled into `shaders/spirv/`.
+pub fn interface(name: &str) -> Result<Interface> {
+    let replaced = REPLACED.read().unwrap_or_else(PoisonError::into_inner).get(name).map(|r| r.interface.clone());
+    let missing =
+        || Error::Failure(format!("shader `{name}` has no interface in shaders/spirv (run tools/compile-shaders)"));
+    replaced.or_else(|| interface::embedded().get(name).cloned()).ok_or_else(missing)
+}
+
+/// The words of SPIR-V as bytes.
+#[must_use]
+pub fn to_words(bytes: &[u8]) -> Vec<u32> {
     bytes.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect()
 }
 
@@ -82,7 +97,7 @@ mod tests {
     fn what_was_in_use_can_be_put_back() {
         let name = "tone_map/tone_map.comp";
         let (embedded, hash) = (words(name).unwrap(), hash_in_use(name));
-        let other = Spirv::new("a hash".to_owned(), &[3, 2, 35, 7, 1, 0, 0, 0]);
+        let other = Spirv::new("a hash".to_owned(), vec![0x0723_0203, 1], interface(name).unwrap());
         let before = replace(name, Some(other));
         assert_eq!((words(name).unwrap(), hash_in_use(name)), (vec![0x0723_0203, 1], Some("a hash".to_owned())));
         assert!(replace(name, before).is_some());

@@ -1,9 +1,12 @@
 //! Which variants each shader file is compiled into. A file not listed here has one variant: itself.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Error, Result};
 
 /// Pipeline stage, from the file name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Stage {
     /// `*.vert.glsl`
     Vertex,

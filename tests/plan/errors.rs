@@ -50,7 +50,10 @@ fn duplicate_binding() {
     let a = frame.imported_buffer("a", 64);
     let b = frame.imported_buffer("b", 64);
     frame.add_pass(pass("sum").bind(3, a, Access::ComputeRead).bind(3, b, Access::ComputeRead));
-    assert_eq!(error(&frame), PlanError::DuplicateBinding { pass: "sum".into(), resource: "b".into(), binding: 3 });
+    assert_eq!(
+        error(&frame),
+        PlanError::DuplicateBinding { pass: "sum".into(), resource: "b".into(), binding: 3.into() }
+    );
 }
 
 #[test]

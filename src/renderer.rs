@@ -99,7 +99,7 @@ impl Renderer {
             executor,
             outputs,
             camera: job.camera.clone(),
-            seed: job.settings.picture.seed,
+            seed: job.settings.tracing.seed,
             data,
             shape,
             technique,
@@ -259,9 +259,9 @@ fn frame_data(job: &Job<'_>, shape: &FrameShape) -> FrameData {
             shape.first_level,
         ],
         counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
-        lights: [settings.picture.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
+        lights: [settings.tracing.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
         tuning: [settings.lgh.alpha, (settings.many_lights.clamp * radius).powi(2), exposure, RAY_OFFSET * radius],
-        accumulation: [0, settings.picture.seed, 0, 0],
+        accumulation: [0, settings.tracing.seed, 0, 0],
         levels: shape.levels.table(),
     }
 }

@@ -137,7 +137,7 @@ fn it_says_what_the_frame_did() {
         settings().changed(|s| {
             s.many_lights.lights = LightSet::Both;
             s.many_lights.shadow_samples = 1;
-            s.picture.seed = 7;
+            s.tracing.seed = 7;
         }),
     ] {
         let mut inspector = Inspector::new(&settings);

@@ -49,7 +49,7 @@ fn one_ray_each(rays: Rays) -> Settings {
         s.many_lights.shadow_samples = 1;
         s.lgh.shadow_points = ShadowPoints::Deviation;
         s.render.view = View::ShadowRatio;
-        s.picture.rays = rays;
+        s.tracing.rays = rays;
     })
 }
 

@@ -205,7 +205,7 @@ fn path_tracing_noise_falls_as_one_over_the_samples() {
     let with = |samples, seed| {
         let settings = settings(Technique::PathTrace).changed(|s| {
             s.path_trace.samples = samples;
-            s.picture.seed = seed;
+            s.tracing.seed = seed;
             s.render.direct = Switch::Off;
         });
         render(&scene, &settings)

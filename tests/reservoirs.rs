@@ -95,7 +95,7 @@ fn settings(reservoir: Reservoir, seed: u32) -> Settings {
         s.many_lights.shadow_samples = 8;
         s.lgh.reservoir = Some(reservoir);
         s.lgh.filter = Filter::None;
-        s.picture.seed = seed;
+        s.tracing.seed = seed;
     })
 }
 

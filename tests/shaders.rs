@@ -197,7 +197,7 @@ fn query_modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     let lgh = reservoirs.iter().map(|reservoir| small().changed(|s| s.lgh.reservoir = Some(*reservoir)));
     let references = [Technique::PathTrace, Technique::BruteForce]
         .map(|technique| small().changed(|s| s.render.technique = technique));
-    lgh.chain(references).map(|settings| settings.changed(|s| s.picture.rays = Rays::Query)).collect()
+    lgh.chain(references).map(|settings| settings.changed(|s| s.tracing.rays = Rays::Query)).collect()
 }
 
 fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {
@@ -243,7 +243,7 @@ fn the_fallbacks_of_the_baseline_run() {
     let exact = volumes.changed(|s| s.lgh.reservoir = Some(Reservoir::Exact));
     let error = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &exact)).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
-    let query = small().changed(|s| s.picture.rays = Rays::Query);
+    let query = small().changed(|s| s.tracing.rays = Rays::Query);
     let error = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &query)).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
     assert!(error.to_string().contains("--rays query needs VK_KHR_ray_query"), "{error}");

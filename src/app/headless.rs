@@ -100,7 +100,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &Progress::hidden())?;
     let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
-    let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.picture.rays)?;
+    let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.tracing.rays)?;
     let renderer = Renderer::new(&Job::new(&gpu, &uploaded, camera, settings))?;
     super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
     Ok(())
@@ -148,7 +148,7 @@ pub(super) fn read_scene(path: Option<&Path>, sun: Option<SunPlace>, report: &dy
 
 pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {
     let bar = progress.bar("BVH", 1);
-    let uploaded = UploadedScene::with_rays(gpu, scene, settings.picture.rays)?;
+    let uploaded = UploadedScene::with_rays(gpu, scene, settings.tracing.rays)?;
     bar.set(1);
     Ok(uploaded)
 }
@@ -223,5 +223,6 @@ pub(super) fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) ->
         triangles: scene.indices.len() as u64 / 3,
         cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
         camera: camera.name.clone(),
+        sun: settings.scene.sun.map(|sun| sun.to_string()),
     }
 }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::Command;
 use super::options::{DiagnosticsArgs, FileArgs, Overrides};
 use crate::settings::{
-    DeviceSettings, LghSettings, LightSet, ManyLightSettings, PictureSettings, SceneSettings, Settings, Size,
+    DeviceSettings, LghSettings, LightSet, ManyLightSettings, PictureSettings, SceneSettings, Scope, Settings, Size,
+    TracingSettings,
 };
 use crate::{Error, Result};
 
@@ -34,6 +35,8 @@ pub(super) struct ErrorReportArgs {
     report: ReportArgs,
     #[command(flatten)]
     picture: Overrides<PictureSettings>,
+    #[command(flatten)]
+    tracing: Overrides<TracingSettings>,
     #[command(flatten)]
     many_lights: Overrides<ManyLightSettings>,
     #[command(flatten)]
@@ -89,6 +92,7 @@ impl ErrorReportArgs {
         let mut settings = Box::new(base_settings(file.as_deref())?);
         self.scene.apply(&mut settings.scene)?;
         self.picture.apply(&mut settings.picture)?;
+        self.tracing.apply(&mut settings.tracing)?;
         self.many_lights.apply(&mut settings.many_lights)?;
         self.lgh.apply(&mut settings.lgh)?;
         self.device.apply(&mut settings.device)?;
@@ -128,16 +132,7 @@ fn base_settings(file: Option<&Path>) -> Result<Settings> {
 
 /// A settings file can ask for what the command line of the report cannot.
 fn check_that_settings_apply(settings: &Settings, defaults: &Settings) -> Result<()> {
-    // What the report has no options for, but that it does not matter where the file was made.
-    let decided = Settings {
-        scene: settings.scene.clone(),
-        picture: settings.picture.clone(),
-        many_lights: settings.many_lights.clone(),
-        lgh: settings.lgh.clone(),
-        device: settings.device.clone(),
-        window: settings.window.clone(),
-        ..defaults.clone()
-    };
+    let decided = settings.clone().with_groups_of(defaults, Scope::is_decided_by_stages);
     match settings.differences(&decided)?.first() {
         None => Ok(()),
         Some((key, _)) => Err(Error::Usage(format!(
@@ -176,6 +171,8 @@ fn check_that_input_stays(file: Option<&Path>, folder: Option<&Path>) -> Result<
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory;
+
     use super::*;
     use crate::cli::Verbosity;
 
@@ -260,6 +257,17 @@ mod tests {
     }
 
     #[test]
+    fn options_are_those_that_no_stage_decides() {
+        let command = crate::cli::Args::command();
+        let report = command.get_subcommands().find(|command| command.get_name() == "error-report").unwrap();
+        for key in Settings::keys() {
+            let scope = Settings::scope_of(&key).unwrap();
+            let is_option = report.get_arguments().any(|a| a.get_long() == Some(&*key) || a.get_id() == &*key);
+            assert_eq!(is_option, !scope.is_decided_by_stages() && scope != Scope::Window, "{key}");
+        }
+    }
+
+    #[test]
     fn mistakes_get_one_sentence() {
         let cases = [
             ("--reference-samples 0", "reference-samples must be at least 1, not 0"),
@@ -290,7 +298,7 @@ mod tests {
             s.picture.size = SIZE;
             s.many_lights.vpls = 50;
             s.lgh.alpha = 2.0;
-            s.picture.seed = 3;
+            s.tracing.seed = 3;
         });
         assert_eq!(settings, expected);
         let (settings, ..) = report(&format!("--settings {}", file("a.json", "{\"size\": \"1280x720\"}")));

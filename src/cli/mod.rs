@@ -13,7 +13,7 @@ use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::settings::{
     DeviceSettings, LghSettings, ManyLightSettings, OutputSettings, PathTraceSettings, PictureSettings, RenderSettings,
-    RunSettings, SceneSettings, Settings, WindowSettings,
+    RunSettings, SceneSettings, Settings, TracingSettings, WindowSettings,
 };
 use crate::{Error, Result};
 use commands::Subcommand;
@@ -97,6 +97,8 @@ pub struct Args {
     #[command(flatten)]
     path_trace: Overrides<PathTraceSettings>,
     #[command(flatten)]
+    tracing: Overrides<TracingSettings>,
+    #[command(flatten)]
     many_lights: Overrides<ManyLightSettings>,
     #[command(flatten)]
     lgh: Overrides<LghSettings>,
@@ -176,6 +178,7 @@ impl Args {
         self.picture.apply(&mut settings.picture)?;
         self.render.apply(&mut settings.render)?;
         self.path_trace.apply(&mut settings.path_trace)?;
+        self.tracing.apply(&mut settings.tracing)?;
         self.many_lights.apply(&mut settings.many_lights)?;
         self.lgh.apply(&mut settings.lgh)?;
         self.device.apply(&mut settings.device)?;

@@ -82,13 +82,13 @@ fn every_option_arrives() {
         s.lgh.shadow_points = ShadowPoints::Deviation;
         s.lgh.lighting = Some(LightingMode::Volumes);
         s.lgh.reservoir = Some(Reservoir::Race);
-        s.picture.rays = Rays::Query;
+        s.tracing.rays = Rays::Query;
         s.lgh.build = Build::Scatter;
         s.lgh.scatter = Some(Scatter::Atomic);
         s.lgh.filter = Filter::None;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 9.0;
-        s.picture.seed = 9;
+        s.tracing.seed = 9;
         s.picture.exposure = Exposure::Fixed(0.5);
         s.render.view = View::LightCount;
         s.output.picture = Some("a.exr".into());
@@ -228,7 +228,7 @@ fn help_states_the_defaults() {
         ("--bounces <N>", settings.many_lights.bounces.to_string()),
         ("--alpha <CELLS>", settings.lgh.alpha.to_string()),
         ("--clamp <FRACTION>", settings.many_lights.clamp.to_string()),
-        ("--seed <N>", settings.picture.seed.to_string()),
+        ("--seed <N>", settings.tracing.seed.to_string()),
     ] {
         let (_, rest) = help.split_once(option).unwrap_or_else(|| panic!("no {option}"));
         let (_, stated) = rest.split_once("[default: ").unwrap();

@@ -79,7 +79,7 @@ impl Renderer {
     /// Takes over the camera and whatever of the settings are constants of the frame.
     pub fn update(&mut self, job: &Job<'_>) {
         self.camera = job.camera.clone();
-        self.seed = job.settings.picture.seed;
+        self.seed = job.settings.tracing.seed;
         self.data = frame_data(job, &self.shape);
     }
 

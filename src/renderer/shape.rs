@@ -94,8 +94,8 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<FrameShape> {
     let Job { gpu, scene, settings, .. } = job;
     let features = gpu.features();
     let reservoir = reservoir_mode(gpu, settings)?;
-    check_rays(gpu, settings.picture.rays)?;
-    if settings.picture.rays == Rays::Query && !scene.has_structures {
+    check_rays(gpu, settings.tracing.rays)?;
+    if settings.tracing.rays == Rays::Query && !scene.has_structures {
         return Err(Error::Failure("the scene was uploaded without acceleration structures".to_owned()));
     }
     let lighting_format =
@@ -121,7 +121,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<FrameShape> {
         shadow_samples: if settings.many_lights.shadows.is_on() { settings.many_lights.shadow_samples } else { 0 },
         lighting: lighting_mode(settings),
         reservoir,
-        rays: settings.picture.rays,
+        rays: settings.tracing.rays,
         build: settings.lgh.build,
         scatter: Scatter::Sorted,
         filter: settings.lgh.filter,

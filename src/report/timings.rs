@@ -125,6 +125,8 @@ pub struct SceneInfo {
     pub cameras: Vec<String>,
     /// Name of the camera that was used.
     pub camera: String,
+    /// Where the sun was put; `None` leaves it where the scene has it.
+    pub sun: Option<String>,
 }
 
 /// Memory in use.

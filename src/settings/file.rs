@@ -122,7 +122,7 @@ struct Key(String);
 impl<'de> Deserialize<'de> for Key {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         let key = String::deserialize(deserializer)?;
-        if Settings::keys().any(|known| known == key) {
+        if Settings::scope_of(&key).is_some() {
             return Ok(Self(key));
         }
         Err(D::Error::custom(format!("unknown key `{key}`: keys are the long options of the command line")))
@@ -134,10 +134,8 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
-    use crate::settings::{
-        Build, Center, Exposure, Filter, KEYS, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale,
-        Reservoir, Scatter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
-    };
+    use crate::settings::testing::every_value_changed;
+    use crate::settings::{Exposure, GROUPS, Levels};
 
     fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
@@ -146,58 +144,10 @@ mod tests {
         (folder, path)
     }
 
-    fn every_value_changed() -> Settings {
-        Settings::default().changed(|s| {
-            s.scene.file = Some("a/b c.gltf".into());
-            s.run.headless = true;
-            s.run.frames = 8;
-            s.run.warmup = 2;
-            s.picture.size = Size { width: 320, height: 180 };
-            s.scene.camera = Some("atrium".into());
-            s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: 20.5 });
-            s.render.technique = Technique::PathTrace;
-            s.path_trace.samples = 3;
-            s.render.accumulate = 4;
-            s.render.direct = Switch::Off;
-            s.many_lights.lights = LightSet::Both;
-            s.many_lights.vpls = 1_000_000;
-            s.many_lights.bounces = 5;
-            s.lgh.levels = Levels::Fixed(7);
-            s.lgh.alpha = 1.7;
-            s.lgh.lobe = Lobe::ClampedNormal;
-            s.lgh.center = Center::Uniform;
-            s.lgh.first_level = 0;
-            s.lgh.interleave = 4;
-            s.many_lights.shadow_samples = 16;
-            s.many_lights.shadows = Switch::Off;
-            s.lgh.shadow_from = 3;
-            s.lgh.shadow_points = ShadowPoints::Deviation;
-            s.lgh.lighting = Some(LightingMode::Volumes);
-            s.lgh.reservoir = Some(Reservoir::Lock);
-            s.picture.rays = Rays::Query;
-            s.lgh.build = Build::Scatter;
-            s.lgh.scatter = Some(Scatter::Atomic);
-            s.lgh.filter = Filter::None;
-            s.many_lights.clamp = 0.0;
-            s.device.max_submit_ms = 50.5;
-            s.picture.seed = u32::MAX;
-            s.picture.exposure = Exposure::Fixed(0.3);
-            s.render.view = View::ShadowRatio;
-            s.output.picture = Some("o.exr".into());
-            s.output.timings = Some("t.csv".into());
-            s.output.dump = Some("d".into());
-            s.output.renderdoc_frame = Some(3);
-            s.device.gpu = Some("llvmpipe".into());
-            s.device.validation = true;
-            s.window.present_mode = PresentMode::Mailbox;
-            s.window.render_scale = RenderScale::Fixed(0.5);
-        })
-    }
-
     #[test]
     fn every_key_is_of_one_group_and_can_change() {
-        let keys: BTreeSet<&str> = KEYS.concat().into_iter().collect();
-        assert_eq!(keys.len(), KEYS.concat().len());
+        let keys: BTreeSet<&str> = GROUPS.iter().flat_map(|(_, keys)| *keys).copied().collect();
+        assert_eq!(keys.len(), Settings::keys().count());
         let changed = every_value_changed().differences(&Settings::default()).unwrap();
         let changed: BTreeSet<String> = changed.into_iter().map(|(key, _)| key.replace('-', "_")).collect();
         assert_eq!(changed.iter().map(String::as_str).collect::<BTreeSet<_>>(), keys);

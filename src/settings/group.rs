@@ -2,13 +2,24 @@
 
 use serde::de::MapAccess;
 
+use super::Scope;
+use crate::Result;
+
+/// A check of a group by itself.
+pub(crate) trait Validate {
+    /// Fails with one sentence about the first thing wrong.
+    fn validate(&self) -> Result<()>;
+}
+
 /// What all groups of settings can do.
-pub(crate) trait Group {
+pub(crate) trait Group: Validate + Clone {
+    /// What the group is about.
+    const SCOPE: Scope;
     /// The keys in a settings file, with `_` for `-`.
     const KEYS: &'static [&'static str];
 
     /// Takes over the value that follows `key` in a settings file; whether the group has this key.
-    fn read<'de, M: MapAccess<'de>>(&mut self, key: &str, map: &mut M) -> Result<bool, M::Error>;
+    fn read<'de, M: MapAccess<'de>>(&mut self, key: &str, map: &mut M) -> std::result::Result<bool, M::Error>;
 }
 
 /// Whether a key of [`Group::KEYS`] is written like this in a file.
@@ -17,12 +28,12 @@ pub(crate) fn is_key(of_group: &str, in_file: &str) -> bool {
         && of_group.bytes().zip(in_file.bytes()).all(|(a, b)| if a == b'_' { b == b'-' } else { a == b })
 }
 
-/// Declares a group: for each setting its help, the attributes that clap and serde need, name, type and default.
+/// Declares a group and its [`Scope`]: for each setting its help, the attributes that clap and serde need, name, type and default.
 /// `as "key"` names the key where it is not the field's name. Keys are written with `-` for `_`.
 macro_rules! settings_group {
     (
         $(#[$attribute:meta])*
-        pub struct $group:ident {$(
+        pub struct $group:ident: $scope:ident {$(
             $(#[doc = $doc:tt])+
             $(#[arg($($arg:tt)*)])?
             $(#[serde($($serde:tt)*)])?
@@ -47,6 +58,7 @@ macro_rules! settings_group {
         }
 
         impl $crate::settings::group::Group for $group {
+            const SCOPE: $crate::settings::Scope = $crate::settings::Scope::$scope;
             const KEYS: &'static [&'static str] = &[$($crate::settings::group::key!($field $($key)?),)+];
 
             fn read<'de, M: serde::de::MapAccess<'de>>(&mut self, key: &str, map: &mut M) -> std::result::Result<bool, M::Error> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Serialize, Serializer};
 
-use super::group::settings_group;
+use super::group::{Validate, settings_group};
 use super::validate::{above_zero, at_least_one, has_extension, require};
 use super::values::name_or_index;
 use super::{Exposure, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, View};
@@ -14,7 +14,7 @@ use crate::report::files::FileKind;
 settings_group! {
     /// What is looked at, from where, and under which sun.
     #[command(next_help_heading = "Picture")]
-    pub struct SceneSettings {
+    pub struct SceneSettings: Scene {
         /// glTF or GLB file to render [default: the built-in scene]
         #[arg(id = "scene", value_name = "SCENE", help_heading = "Run")]
         #[serde(serialize_with = "path_as_text")]
@@ -34,7 +34,7 @@ settings_group! {
 settings_group! {
     /// How a run goes.
     #[command(next_help_heading = "Run")]
-    pub struct RunSettings {
+    pub struct RunSettings: Run {
         /// Render without a window; needs no display
         #[arg(long)]
         pub headless: bool = false,
@@ -50,27 +50,20 @@ settings_group! {
 settings_group! {
     /// What every picture has, whatever it shows.
     #[command(next_help_heading = "Picture")]
-    pub struct PictureSettings {
+    pub struct PictureSettings: Picture {
         /// Size in pixels [default: 1280x720]
         #[arg(long, value_name = "WxH")]
         pub size: Size = Size { width: 1280, height: 720 },
         /// Factor on the radiance in PNG pictures, above 0, or `auto` [default: auto]
         #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true)]
         pub exposure: Exposure = Exposure::Auto,
-        /// Seed of every random number, 0 to 4294967295 [default: 1]
-        #[arg(long, value_name = "N", help_heading = "Method")]
-        pub seed: u32 = 1,
-        /// What traces rays of any kind: the BVH in shaders, or the device's acceleration structures by ray queries
-        /// [default: bvh]
-        #[arg(long, value_enum, hide_possible_values = true, value_name = "bvh|query", help_heading = "Shadows")]
-        pub rays: Rays = Rays::Bvh,
     }
 }
 
 settings_group! {
     /// What the picture shows, and which technique renders it.
     #[command(next_help_heading = "Method")]
-    pub struct RenderSettings {
+    pub struct RenderSettings: Technique {
         /// What the picture shows: final, albedo, normal, depth, direct, indirect, shadow-ratio, shadow-ratio-filtered,
         /// selected-level, overdraw, light-count, level-weights or vpls [default: final]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]
@@ -89,9 +82,23 @@ settings_group! {
 }
 
 settings_group! {
+    /// What light is traced with, whatever the technique.
+    #[command(next_help_heading = "Method")]
+    pub struct TracingSettings: Parameters {
+        /// Seed of every random number, 0 to 4294967295 [default: 1]
+        #[arg(long, value_name = "N")]
+        pub seed: u32 = 1,
+        /// What traces rays of any kind: the BVH in shaders, or the device's acceleration structures by ray queries
+        /// [default: bvh]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "bvh|query", help_heading = "Shadows")]
+        pub rays: Rays = Rays::Bvh,
+    }
+}
+
+settings_group! {
     /// What renders, and how it is treated.
     #[command(next_help_heading = "Device")]
-    pub struct DeviceSettings {
+    pub struct DeviceSettings: Device {
         /// Device, by its index in --list-gpus or by a part of its name [default: the most capable]
         #[arg(long, value_name = "INDEX|NAME")]
         #[serde(deserialize_with = "name_or_index")]
@@ -109,7 +116,7 @@ settings_group! {
 settings_group! {
     /// How a window shows pictures.
     #[command(next_help_heading = "Window")]
-    pub struct WindowSettings {
+    pub struct WindowSettings: Window {
         /// How the window's pictures take turns: each waits for the display, the newest is taken, at once, or waiting
         /// unless late [default: fifo]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "fifo|mailbox|immediate|fifo-relaxed")]
@@ -124,7 +131,7 @@ settings_group! {
 settings_group! {
     /// The files that a run leaves.
     #[command(next_help_heading = "Output")]
-    pub struct OutputSettings {
+    pub struct OutputSettings: Run {
         /// Write the last frame: .exr (linear radiance) or .png (exposed, tone-mapped)
         #[arg(id = "output", long = "output", value_name = "PATH")]
         #[serde(serialize_with = "path_as_text")]
@@ -143,8 +150,8 @@ settings_group! {
     }
 }
 
-impl SceneSettings {
-    pub(super) fn validate(&self) -> Result<()> {
+impl Validate for SceneSettings {
+    fn validate(&self) -> Result<()> {
         let Some(SunPlace { azimuth_deg, height_deg }) = self.sun else { return Ok(()) };
         require(azimuth_deg.is_finite() && height_deg.abs() <= 90.0, || {
             format!("sun {azimuth_deg},{height_deg} needs a finite azimuth and a height from -90 to 90")
@@ -152,14 +159,14 @@ impl SceneSettings {
     }
 }
 
-impl RunSettings {
-    pub(super) fn validate(&self) -> Result<()> {
+impl Validate for RunSettings {
+    fn validate(&self) -> Result<()> {
         at_least_one("frames", self.frames)
     }
 }
 
-impl PictureSettings {
-    pub(super) fn validate(&self) -> Result<()> {
+impl Validate for PictureSettings {
+    fn validate(&self) -> Result<()> {
         let size = self.size;
         require(size.width > 0 && size.height > 0, || {
             format!("size {size} has no pixels: width and height must be at least 1")
@@ -171,27 +178,27 @@ impl PictureSettings {
     }
 }
 
-impl RenderSettings {
-    pub(super) fn validate(&self) -> Result<()> {
+impl Validate for RenderSettings {
+    fn validate(&self) -> Result<()> {
         at_least_one("accumulate", self.accumulate)
     }
 }
 
-impl DeviceSettings {
-    pub(super) fn validate(&self) -> Result<()> {
+impl Validate for DeviceSettings {
+    fn validate(&self) -> Result<()> {
         above_zero("max-submit-ms", self.max_submit_ms)
     }
 }
 
-impl WindowSettings {
-    pub(super) fn validate(&self) -> Result<()> {
+impl Validate for WindowSettings {
+    fn validate(&self) -> Result<()> {
         let RenderScale::Fixed(scale) = self.render_scale else { return Ok(()) };
         require((0.05..=1.0).contains(&scale), || format!("render-scale must be `auto` or from 0.05 to 1, not {scale}"))
     }
 }
 
-impl OutputSettings {
-    pub(super) fn validate(&self) -> Result<()> {
+impl Validate for OutputSettings {
+    fn validate(&self) -> Result<()> {
         if let (Some(picture), Some(timings)) = (&self.picture, &self.timings) {
             require(picture != timings, || {
                 format!("output and timings are the same file, {}: give two names", picture.display())
@@ -216,4 +223,10 @@ impl OutputSettings {
 /// A path that is not Unicode must not stop the timings from being written.
 fn path_as_text<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     path.as_ref().map(|path| path.to_string_lossy()).serialize(serializer)
+}
+
+impl Validate for TracingSettings {
+    fn validate(&self) -> Result<()> {
+        Ok(())
+    }
 }

@@ -7,8 +7,11 @@ mod edit;
 mod file;
 mod group;
 mod groups;
+mod scope;
 mod sun;
 mod techniques;
+#[cfg(test)]
+pub(crate) mod testing;
 mod validate;
 mod values;
 mod view_rules;
@@ -18,10 +21,12 @@ use serde::Serialize;
 use serde::de::MapAccess;
 
 pub use edit::plain;
-use group::Group;
+use group::{Group, Validate, is_key};
 pub use groups::{
-    DeviceSettings, OutputSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, WindowSettings,
+    DeviceSettings, OutputSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, TracingSettings,
+    WindowSettings,
 };
+pub use scope::Scope;
 pub use sun::SunPlace;
 pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings};
 pub use values::{
@@ -30,39 +35,73 @@ pub use values::{
 };
 pub use window_values::{PresentMode, RenderScale};
 
-/// Everything that decides what is rendered and where it goes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Settings {
+/// Makes the tree of the groups.
+macro_rules! settings_tree {
+    ($(
+        $(#[doc = $doc:tt])+
+        $field:ident: $group:ident,
+    )+) => {
+        /// Everything that decides what is rendered and where it goes.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+        pub struct Settings {$(
+            $(#[doc = $doc])+
+            #[serde(flatten)]
+            pub $field: $group,
+        )+}
+
+        /// What each group is about, and its keys.
+        const GROUPS: &[(Scope, &[&str])] = &[$((<$group>::SCOPE, <$group>::KEYS),)+];
+
+        impl Settings {
+            /// The settings with the groups of `others` in place of the own, where `which` holds for what they are about.
+            #[must_use]
+            pub fn with_groups_of(mut self, others: &Self, which: impl Fn(Scope) -> bool) -> Self {
+                $(
+                    if which(<$group>::SCOPE) {
+                        self.$field.clone_from(&others.$field);
+                    }
+                )+
+                self
+            }
+
+            /// Takes over the value that follows `key` in a settings file, where a group has this key.
+            fn read_value<'de, M: MapAccess<'de>>(&mut self, key: &str, map: &mut M) -> Result<(), M::Error> {
+                let _ = $(self.$field.read(key, map)?)||+;
+                Ok(())
+            }
+
+            /// The checks of each group by itself.
+            fn validate_groups(&self) -> crate::Result<()> {
+                $(self.$field.validate()?;)+
+                Ok(())
+            }
+        }
+    };
+}
+
+settings_tree! {
     /// What is looked at, from where, and under which sun.
-    #[serde(flatten)]
-    pub scene: SceneSettings,
+    scene: SceneSettings,
     /// How a run goes.
-    #[serde(flatten)]
-    pub run: RunSettings,
+    run: RunSettings,
     /// What every picture has, whatever it shows.
-    #[serde(flatten)]
-    pub picture: PictureSettings,
+    picture: PictureSettings,
     /// What the picture shows, and which technique renders it.
-    #[serde(flatten)]
-    pub render: RenderSettings,
+    render: RenderSettings,
+    /// What light is traced with, whatever the technique.
+    tracing: TracingSettings,
     /// Which lights there are, and how any of them lights a pixel.
-    #[serde(flatten)]
-    pub many_lights: ManyLightSettings,
+    many_lights: ManyLightSettings,
     /// The lighting grid hierarchy.
-    #[serde(flatten)]
-    pub lgh: LghSettings,
+    lgh: LghSettings,
     /// Path tracing.
-    #[serde(flatten)]
-    pub path_trace: PathTraceSettings,
+    path_trace: PathTraceSettings,
     /// What renders, and how it is treated.
-    #[serde(flatten)]
-    pub device: DeviceSettings,
+    device: DeviceSettings,
     /// How a window shows pictures.
-    #[serde(flatten)]
-    pub window: WindowSettings,
+    window: WindowSettings,
     /// The files that a run leaves.
-    #[serde(flatten)]
-    pub output: OutputSettings,
+    output: OutputSettings,
 }
 
 impl Settings {
@@ -73,37 +112,14 @@ impl Settings {
         self
     }
 
-    /// Takes over the value that follows `key` in a settings file, where a group has this key.
-    fn read_value<'de, M: MapAccess<'de>>(&mut self, key: &str, map: &mut M) -> Result<(), M::Error> {
-        let _ = self.scene.read(key, map)?
-            || self.run.read(key, map)?
-            || self.picture.read(key, map)?
-            || self.render.read(key, map)?
-            || self.many_lights.read(key, map)?
-            || self.lgh.read(key, map)?
-            || self.path_trace.read(key, map)?
-            || self.device.read(key, map)?
-            || self.window.read(key, map)?
-            || self.output.read(key, map)?;
-        Ok(())
-    }
-
     /// Every key of a settings file.
     pub fn keys() -> impl Iterator<Item = String> {
-        KEYS.into_iter().flatten().map(|key| key.replace('_', "-"))
+        GROUPS.iter().flat_map(|(_, keys)| *keys).map(|key| key.replace('_', "-"))
+    }
+
+    /// What the group with this key is about; `None` when there is no such key.
+    #[must_use]
+    pub fn scope_of(key: &str) -> Option<Scope> {
+        GROUPS.iter().find(|(_, keys)| keys.iter().any(|known| is_key(known, key))).map(|(scope, _)| *scope)
     }
 }
-
-/// The keys of every group.
-const KEYS: [&[&str]; 10] = [
-    SceneSettings::KEYS,
-    RunSettings::KEYS,
-    PictureSettings::KEYS,
-    RenderSettings::KEYS,
-    ManyLightSettings::KEYS,
-    LghSettings::KEYS,
-    PathTraceSettings::KEYS,
-    DeviceSettings::KEYS,
-    WindowSettings::KEYS,
-    OutputSettings::KEYS,
-];

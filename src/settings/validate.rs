@@ -13,16 +13,7 @@ impl Settings {
     /// # Errors
     /// [`Error::Usage`] with one sentence about the first thing wrong.
     pub fn validate(&self) -> Result<()> {
-        self.scene.validate()?;
-        self.run.validate()?;
-        self.picture.validate()?;
-        self.render.validate()?;
-        self.many_lights.validate()?;
-        self.lgh.validate()?;
-        self.path_trace.validate()?;
-        self.device.validate()?;
-        self.window.validate()?;
-        self.output.validate()?;
+        self.validate_groups()?;
         self.validate_technique()?;
         self.validate_frames()?;
         self.validate_view()

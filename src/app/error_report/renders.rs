@@ -77,12 +77,12 @@ impl<'a> Studio<'a> {
         let half = |index: usize, seed: u32| {
             let settings = settings.clone().changed(|s| {
                 s.path_trace.samples = samples[index];
-                s.picture.seed = seed;
+                s.tracing.seed = seed;
             });
             let before = index as u64 * SUBDIVISION / 2;
             self.frames(&settings, Frames::One, &|done| bar.set(before + done / 2))
         };
-        let (first, second) = (half(0, settings.picture.seed)?, half(1, hash(settings.picture.seed))?);
+        let (first, second) = (half(0, settings.tracing.seed)?, half(1, hash(settings.tracing.seed))?);
         let share = samples[1] as f32 / settings.path_trace.samples as f32;
         let mean = mix(&first.image, &second.image, share)?;
         // A half is as far from the mean of both as that mean is expected to be from the truth.

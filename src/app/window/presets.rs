@@ -1,6 +1,6 @@
 //! Settings that go together.
 
-use crate::settings::{Lobe, Settings, ShadowPoints, Technique, View};
+use crate::settings::{Lobe, Scope, Settings, ShadowPoints, Technique};
 
 /// A name, what it is in a sentence, and what it changes of the defaults.
 pub struct Preset {
@@ -52,22 +52,9 @@ pub const PRESETS: [Preset; 4] = [
     },
 ];
 
-/// The settings of a preset; scene, camera, size, device and window stay.
-pub fn apply(name: &str, settings: &Settings) -> Settings {
-    let mut new = Settings::default().changed(|s| {
-        s.scene.file = settings.scene.file.clone();
-        s.picture.size = settings.picture.size;
-        s.scene.camera = settings.scene.camera.clone();
-        s.scene.sun = settings.scene.sun;
-        s.picture.exposure = settings.picture.exposure;
-        s.device.gpu = settings.device.gpu.clone();
-        s.device.validation = settings.device.validation;
-        s.window.present_mode = settings.window.present_mode;
-        s.window.render_scale = settings.window.render_scale;
-        s.picture.seed = settings.picture.seed;
-        s.many_lights.vpls = settings.many_lights.vpls;
-        s.render.view = View::Final;
-    });
+/// Settings with what a preset says of how pictures are rendered, over what `defaults` say; the rest stays.
+pub fn apply(name: &str, settings: &Settings, defaults: &Settings) -> Settings {
+    let mut new = settings.clone().with_groups_of(defaults, Scope::is_method);
     if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
         (preset.change)(&mut new);
     }
@@ -77,11 +64,30 @@ pub fn apply(name: &str, settings: &Settings) -> Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::testing::every_value_changed;
 
     #[test]
     fn every_preset_is_valid() {
         for preset in &PRESETS {
-            apply(preset.name, &Settings::default()).validate().unwrap();
+            apply(preset.name, &Settings::default(), &Settings::default()).validate().unwrap();
+        }
+    }
+
+    #[test]
+    fn presets_change_what_is_of_the_method_alone() {
+        let (settings, defaults) = (every_value_changed(), Settings::default());
+        for preset in &PRESETS {
+            let new = apply(preset.name, &settings, &defaults);
+            let set = defaults.clone().changed(preset.change);
+            for key in Settings::keys() {
+                let expected = if Settings::scope_of(&key).unwrap().is_method() { &set } else { &settings };
+                assert_eq!(
+                    new.table().unwrap().get(&key),
+                    expected.table().unwrap().get(&key),
+                    "{}: {key}",
+                    preset.name
+                );
+            }
         }
     }
 }

@@ -69,6 +69,8 @@ pub struct Session {
     loading: Option<Loading>,
     window: Arc<Window>,
     settings: Settings,
+    /// What presets go back to: the defaults, as far as the device can bear them.
+    defaults: Settings,
     /// The settings of the last frame that could be compiled.
     shown_settings: Settings,
     script: Script,
@@ -122,8 +124,9 @@ impl Session {
         let capture = FrameCapture::load(settings.output.renderdoc_frame)?;
         let stage = Stage::open(&settings, Arc::<Window>::clone(&window));
         let stage = FrameCapture::opened(capture.as_ref(), stage)?;
+        let mut defaults = Settings::default();
         if stage.gpu().report().is_cpu() && settings.window.render_scale == RenderScale::Auto {
-            adapt_to_cpu(&mut settings);
+            adapt_to_cpu(&mut settings, &mut defaults);
         }
         let size = window.inner_size();
         let layers = stage.gpu().report().limits.array_layers;
@@ -163,6 +166,7 @@ impl Session {
             has_scene: false,
             titled: now,
             settings,
+            defaults,
             stage,
         })
     }
@@ -402,10 +406,11 @@ impl Session {
 }
 
 /// What a CPU can do ten times a second, unless other settings were asked for.
-fn adapt_to_cpu(settings: &mut Settings) {
-    if settings.many_lights.vpls == Settings::default().many_lights.vpls {
+fn adapt_to_cpu(settings: &mut Settings, defaults: &mut Settings) {
+    if settings.many_lights.vpls == defaults.many_lights.vpls {
         settings.many_lights.vpls = CPU_VPLS;
     }
+    defaults.many_lights.vpls = CPU_VPLS;
     log::warn!(
         "a CPU driver: the picture's size adapts to about 10 frames per second, with {} lights; --render-scale sets \
          a size and leaves the number of lights alone",

@@ -183,7 +183,7 @@ impl Stage {
     /// # Errors
     /// When the scene does not fit the device or the settings.
     pub fn set_scene(&mut self, loaded: Loaded, camera: &Camera, settings: &Settings) -> Result<()> {
-        let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.picture.rays)?;
+        let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.tracing.rays)?;
         let main = self.compile_side(&Job::new(&self.gpu, &uploaded, camera, settings), (Part::Whole, false), None)?;
         self.retire()?;
         self.show = Some(Show { main, held: None, uploaded });

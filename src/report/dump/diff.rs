@@ -10,23 +10,9 @@ use serde_json::Value;
 use super::array::{Array, Scalar};
 use super::images::Picture;
 use super::manifest::{FileEntry, Manifest};
+use crate::settings::{Scope, Settings};
 use crate::{Error, Result};
 
-/// Settings that say where a run leaves its files, or on what it runs, but not what it computes. The scene and its
-/// camera are compared by name instead.
-const NOT_COMPARED: [&str; 11] = [
-    "scene",
-    "camera",
-    "headless",
-    "frames",
-    "warmup",
-    "output",
-    "timings",
-    "dump",
-    "gpu",
-    "validation",
-    "max-submit-ms",
-];
 /// The smallest magnitude that a difference is taken relative to, as a fraction of the mean magnitude of the field.
 const FLOOR: f64 = 1e-2;
 
@@ -122,10 +108,17 @@ fn differing_settings(a: &Manifest, b: &Manifest) -> Vec<String> {
     keys.dedup();
     let pairs = keys
         .into_iter()
-        .filter(|key| !NOT_COMPARED.contains(&key.as_str()))
+        .filter(|key| is_compared(key))
         .map(|key| (key.as_str(), left.get(key).unwrap_or(&Value::Null), right.get(key).unwrap_or(&Value::Null)));
-    let scene = [("scene", "name"), ("camera", "camera")].map(|(name, key)| (name, &a.scene[key], &b.scene[key]));
+    let scene = [("scene", "name"), ("camera", "camera"), ("sun", "sun")]
+        .map(|(name, key)| (name, &a.scene[key], &b.scene[key]));
     scene.into_iter().chain(pairs).filter(|(_, x, y)| x != y).map(|(key, x, y)| format!("{key} ({x}, {y})")).collect()
+}
+
+/// Whether a setting says what a run computes. What it is run on and where it leaves its files does not, and the scene is
+/// compared by what the manifest says of it. A setting that this program does not know may matter.
+fn is_compared(key: &str) -> bool {
+    Settings::scope_of(key).is_none_or(|scope| !scope.is_session() && scope != Scope::Scene)
 }
 
 fn blank(file: &FileEntry) -> Row {
@@ -320,6 +313,7 @@ fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::testing::every_value_changed;
 
     fn row(a: &[f32], b: &[f32], tolerance: f64) -> Row {
         let column = |values: &[f32]| Column {
@@ -338,6 +332,35 @@ mod tests {
         let found = row(&[1.0, 2.0, 0.0], &[1.0, 2.0 + 2.0 * f32::EPSILON, -0.0], 0.0);
         assert_eq!((found.numbers, found.differing), (3, 2));
         assert_eq!(found.max_abs, f64::from(2.0 * f32::EPSILON));
+    }
+
+    fn manifest(settings: &Settings) -> Manifest {
+        let scene = serde_json::json!({"name": "courtyard", "camera": {"name": "first"}, "sun": settings.scene.sun});
+        Manifest { scene, settings: serde_json::to_value(settings).unwrap(), ..Manifest::default() }
+    }
+
+    #[test]
+    fn settings_count_by_their_group() {
+        let (defaults, changed) = (Settings::default(), every_value_changed());
+        for key in Settings::keys() {
+            let value = changed.table().unwrap()[&key].clone();
+            let mut other = manifest(&defaults);
+            other.settings[&key] = serde_json::to_value(value).unwrap();
+            let differing = differing_settings(&manifest(&defaults), &other);
+            let scope = Settings::scope_of(&key).unwrap();
+            let counts = scope == Scope::Picture || scope.is_method();
+            assert_eq!(differing.iter().any(|sentence| sentence.starts_with(&key)), counts, "{key}: {differing:?}");
+        }
+        let turned = defaults.clone().changed(|s| s.scene.sun = changed.scene.sun);
+        let differing = differing_settings(&manifest(&defaults), &manifest(&turned));
+        assert!(differing.len() == 1 && differing[0].starts_with("sun (null, "), "{differing:?}");
+    }
+
+    #[test]
+    fn settings_of_other_programs_count() {
+        let mut other = manifest(&Settings::default());
+        other.settings["new-setting"] = true.into();
+        assert_eq!(differing_settings(&manifest(&Settings::default()), &other), ["new-setting (null, true)"]);
     }
 
     #[test]

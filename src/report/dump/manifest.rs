@@ -52,7 +52,7 @@ pub struct FileEntry {
 }
 
 /// The whole manifest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Always [`SCHEMA`].
     pub schema: String,

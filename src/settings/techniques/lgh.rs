@@ -1,14 +1,14 @@
 //! What the lighting grid hierarchy alone has settings for.
 
 use crate::Result;
-use crate::settings::group::settings_group;
+use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{above_zero, require, within};
 use crate::settings::{Build, Center, Filter, Levels, LightingMode, Lobe, Reservoir, Scatter, ShadowPoints};
 
 settings_group! {
     /// The lighting grid hierarchy.
     #[command(next_help_heading = "Method")]
-    pub struct LghSettings {
+    pub struct LghSettings: Parameters {
         /// Top level of the hierarchy, 2 to 10, or `auto` [default: auto]
         #[arg(long, value_name = "auto|N")]
         pub levels: Levels = Levels::Auto,
@@ -64,8 +64,10 @@ impl LghSettings {
     pub fn measured(&self) -> impl PartialEq + use<> {
         (self.levels, self.build, self.scatter)
     }
+}
 
-    pub(in crate::settings) fn validate(&self) -> Result<()> {
+impl Validate for LghSettings {
+    fn validate(&self) -> Result<()> {
         if let Levels::Fixed(levels) = self.levels {
             within("levels", levels, 2..=10)?;
         }

@@ -1,14 +1,14 @@
 //! What the techniques of many lights share; path tracing has the bounces.
 
 use crate::Result;
-use crate::settings::group::settings_group;
+use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{at_least_one, require, within};
 use crate::settings::{LightSet, Switch};
 
 settings_group! {
     /// Which lights there are, and how any of them lights a pixel.
     #[command(next_help_heading = "Method")]
-    pub struct ManyLightSettings {
+    pub struct ManyLightSettings: Parameters {
         /// Lights of the hierarchy: traced virtual point lights, the scene's point lights, or both [default: vpl]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "vpl|scene|both")]
         pub lights: LightSet = LightSet::Vpl,
@@ -37,8 +37,10 @@ impl ManyLightSettings {
         let Self { lights, vpls, bounces, clamp: _, shadow_samples: _, shadows: _ } = self;
         (*lights, *vpls, *bounces)
     }
+}
 
-    pub(in crate::settings) fn validate(&self) -> Result<()> {
+impl Validate for ManyLightSettings {
+    fn validate(&self) -> Result<()> {
         at_least_one("vpls", self.vpls)?;
         within("bounces", self.bounces, 0..=64)?;
         require(self.clamp.is_finite() && self.clamp >= 0.0, || {

@@ -7,12 +7,12 @@ use egui::{Color32, RichText, Ui};
 use super::Action;
 use super::facts::Facts;
 use crate::cli::{OptionHelp, option_help};
-use crate::settings::{Settings, plain};
+use crate::settings::{Scope, Settings, plain};
 
-/// Groups of options that have rows.
+/// The groups of the help whose rows can be shown.
 const GROUPS: [&str; 4] = ["Picture", "Method", "Shadows", "Window"];
-/// Options of these groups that mean nothing here.
-const LEFT_OUT: [&str; 5] = ["size", "script", "max-submit-ms", "camera", "sun"];
+/// The window's own, so that there is no row for it.
+const SIZE: &str = "size";
 const CHANGED: Color32 = Color32::from_rgb(255, 205, 100);
 /// What a setting without a value is called.
 const NO_VALUE: &str = "auto";
@@ -27,7 +27,7 @@ pub struct Rows {
 impl Rows {
     /// A row for each option.
     pub fn new() -> Self {
-        let fits = |o: &OptionHelp| GROUPS.contains(&o.group.as_str()) && !LEFT_OUT.contains(&o.key.as_str());
+        let fits = |o: &OptionHelp| o.key != SIZE && Settings::scope_of(&o.key).is_some_and(Scope::is_in_panel);
         let options = option_help().into_iter().filter(fits).collect();
         Self { options, defaults: Settings::default().table().unwrap_or_default(), typed: BTreeMap::new() }
     }
@@ -122,4 +122,19 @@ fn text(ui: &mut Ui, key: &str, value: &str, typed: &mut BTreeMap<String, String
         typed.insert(key.to_owned(), line);
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_of_a_group_that_is_shown() {
+        let rows = Rows::new();
+        assert!(rows.options.iter().all(|option| GROUPS.contains(&option.group.as_str())));
+        for key in Settings::keys() {
+            let has_row = rows.options.iter().any(|option| option.key == key);
+            assert_eq!(has_row, key != SIZE && Settings::scope_of(&key).unwrap().is_in_panel(), "{key}");
+        }
+    }
 }

@@ -13,7 +13,7 @@ use crate::app::window::action::Action;
 use crate::app::window::camera::FlyCamera;
 use crate::app::window::loader::Loading;
 use crate::app::window::{presets, screenshot};
-use crate::settings::Settings;
+use crate::settings::{Scope, Settings};
 
 impl Session {
     /// Does one thing; what the user got wrong is shown in the window.
@@ -37,7 +37,7 @@ impl Session {
                 let changed = self.settings.with_default(&key);
                 self.change(changed)?;
             }
-            Action::Preset(name) => self.change(Ok(presets::apply(name, &self.settings)))?,
+            Action::Preset(name) => self.change(Ok(presets::apply(name, &self.settings, &self.defaults)))?,
             Action::Sun(turn) => self.turn_sun(turn),
             Action::SunSpeed(speed) => self.sun_speed = speed,
             Action::Split => self.toggle_split(),
@@ -140,18 +140,8 @@ impl Session {
     }
 
     fn load_settings(&mut self, path: &Path) -> Result<()> {
-        let kept = self.settings.clone();
-        let read = Settings::read(path).and_then(|new| {
-            let new = new.changed(|s| {
-                s.run.headless = false;
-                s.device.gpu = kept.device.gpu;
-                s.device.validation = kept.device.validation;
-                s.window.present_mode = kept.window.present_mode;
-                s.picture.size = kept.picture.size;
-                s.output.picture = None;
-                s.output.timings = None;
-                s.output.dump = None;
-            });
+        let read = Settings::read(path).and_then(|read| {
+            let new = of_this_window(read, &self.settings);
             new.validate()?;
             Ok(new)
         });
@@ -211,5 +201,26 @@ impl Session {
             }
         }
         Ok(())
+    }
+}
+
+/// Settings that were read, as far as a window can take them over while it is open with other settings.
+fn of_this_window(read: Settings, in_use: &Settings) -> Settings {
+    read.with_groups_of(in_use, Scope::is_session)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::testing::every_value_changed;
+
+    #[test]
+    fn a_window_keeps_its_session() {
+        let (read, in_use) = (every_value_changed(), Settings::default());
+        let differences = of_this_window(read, &in_use).differences(&in_use).unwrap();
+        for key in Settings::keys() {
+            let is_taken_over = differences.iter().any(|(different, _)| *different == key);
+            assert_eq!(is_taken_over, !Settings::scope_of(&key).unwrap().is_session(), "{key}");
+        }
     }
 }

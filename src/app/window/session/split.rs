@@ -9,7 +9,7 @@ use crate::settings::Settings;
 
 /// The left side of a split view.
 pub(super) struct Split {
-    /// Its settings; scene, camera, window and device are those in use.
+    /// Its settings, of which how pictures are rendered counts; all else is as on the right side.
     settings: Settings,
     /// Where it ends, 0 to 1 from the left.
     pub(super) divider: f32,
@@ -125,17 +125,23 @@ impl Session {
     }
 }
 
-/// Settings with those of others that belong to the scene, the camera, the window and the device.
+/// Settings with those of others, but for how pictures are rendered: in that alone the sides differ.
 fn with_shared(settings: &Settings, others: &Settings) -> Settings {
-    settings.clone().changed(|s| {
-        s.scene.file = others.scene.file.clone();
-        s.scene.camera = others.scene.camera.clone();
-        s.scene.sun = others.scene.sun;
-        s.picture.size = others.picture.size;
-        s.device.gpu = others.device.gpu.clone();
-        s.device.validation = others.device.validation;
-        s.window.present_mode = others.window.present_mode;
-        s.window.render_scale = others.window.render_scale;
-        s.device.max_submit_ms = others.device.max_submit_ms;
-    })
+    settings.clone().with_groups_of(others, |scope| !scope.is_method())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::testing::every_value_changed;
+
+    #[test]
+    fn the_sides_differ_in_the_method_alone() {
+        let (held, others) = (every_value_changed(), Settings::default());
+        let differences = with_shared(&held, &others).differences(&others).unwrap();
+        for key in Settings::keys() {
+            let differs = differences.iter().any(|(different, _)| *different == key);
+            assert_eq!(differs, Settings::scope_of(&key).unwrap().is_method(), "{key}");
+        }
+    }
 }

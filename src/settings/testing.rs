@@ -1,0 +1,55 @@
+//! Settings for tests.
+
+use super::{
+    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir,
+    Scatter, Settings, ShadowPoints, Size, SunPlace, Switch, Technique, View,
+};
+
+/// Settings of which none is the default.
+pub fn every_value_changed() -> Settings {
+    Settings::default().changed(|s| {
+        s.scene.file = Some("a/b c.gltf".into());
+        s.run.headless = true;
+        s.run.frames = 8;
+        s.run.warmup = 2;
+        s.picture.size = Size { width: 320, height: 180 };
+        s.scene.camera = Some("atrium".into());
+        s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: 20.5 });
+        s.render.technique = Technique::PathTrace;
+        s.path_trace.samples = 3;
+        s.render.accumulate = 4;
+        s.render.direct = Switch::Off;
+        s.many_lights.lights = LightSet::Both;
+        s.many_lights.vpls = 1_000_000;
+        s.many_lights.bounces = 5;
+        s.lgh.levels = Levels::Fixed(7);
+        s.lgh.alpha = 1.7;
+        s.lgh.lobe = Lobe::ClampedNormal;
+        s.lgh.center = Center::Uniform;
+        s.lgh.first_level = 0;
+        s.lgh.interleave = 4;
+        s.many_lights.shadow_samples = 16;
+        s.many_lights.shadows = Switch::Off;
+        s.lgh.shadow_from = 3;
+        s.lgh.shadow_points = ShadowPoints::Deviation;
+        s.lgh.lighting = Some(LightingMode::Volumes);
+        s.lgh.reservoir = Some(Reservoir::Lock);
+        s.tracing.rays = Rays::Query;
+        s.lgh.build = Build::Scatter;
+        s.lgh.scatter = Some(Scatter::Atomic);
+        s.lgh.filter = Filter::None;
+        s.many_lights.clamp = 0.0;
+        s.device.max_submit_ms = 50.5;
+        s.tracing.seed = u32::MAX;
+        s.picture.exposure = Exposure::Fixed(0.3);
+        s.render.view = View::ShadowRatio;
+        s.output.picture = Some("o.exr".into());
+        s.output.timings = Some("t.csv".into());
+        s.output.dump = Some("d".into());
+        s.output.renderdoc_frame = Some(3);
+        s.device.gpu = Some("llvmpipe".into());
+        s.device.validation = true;
+        s.window.present_mode = PresentMode::Mailbox;
+        s.window.render_scale = RenderScale::Fixed(0.5);
+    })
+}

@@ -1,8 +1,25 @@
-//! From a scene camera to the frame's constants. Reversed Z, infinite far plane, y down in the picture.
+//! Cameras, and the way from one to the frame's constants. Reversed Z, infinite far plane, y down in the picture.
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
-use crate::scene::Camera;
+/// A pinhole camera with an orthonormal world-space frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// The node's name (or the camera's), unique within the scene.
+    pub name: String,
+    /// Eye position.
+    pub position_ws: Vec3,
+    /// Unit vector to the right of the picture.
+    pub right_ws: Vec3,
+    /// Unit vector to the top of the picture.
+    pub up_ws: Vec3,
+    /// Unit viewing direction.
+    pub forward_ws: Vec3,
+    /// Vertical field of view in radians.
+    pub yfov_rad: f32,
+    /// Near plane distance.
+    pub near: f32,
+}
 
 /// A camera that stands upright and looks in a [`direction`].
 #[must_use]

@@ -1,5 +1,6 @@
 //! The frame in order: its table of contents.
 
+pub mod readback;
 mod views;
 
 use crate::gpu::Work;

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use support::{Run, names, noise, program, run};
 
 use gridlight::compare::false_color::SCALE_BAR_PX;
-use gridlight::report::image_files::{read_png, write_exr, write_png};
+use gridlight::files::pictures::{read_png, write_exr, write_png};
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 24;

@@ -79,7 +79,7 @@ impl Place {
         command.arg("--output").arg(&picture).arg(path);
         let run = run(command);
         assert_eq!(run.code, Some(0), "{}", run.stderr);
-        gridlight::report::image_files::read_exr(picture).unwrap().2
+        gridlight::files::pictures::read_exr(picture).unwrap().2
     }
 }
 

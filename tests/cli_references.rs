@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gridlight::report::image_files::read_exr;
+use gridlight::files::pictures::read_exr;
 use support::{program, run, succeed};
 
 const SMALL: &str = "--headless --size 24x14 --vpls 300";

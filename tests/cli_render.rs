@@ -5,7 +5,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use gridlight::report::image_files::{read_exr, read_png};
+use gridlight::files::pictures::{read_exr, read_png};
 use gridlight::scene::testing::shared_dir;
 use gridlight::settings::Settings;
 use serde_json::{Value, json};

@@ -7,7 +7,7 @@ mod support;
 
 use std::path::Path;
 
-use gridlight::report::image_files::write_png;
+use gridlight::files::pictures::write_png;
 use support::golden::{Picture, SIZE, compare, golden, load};
 use support::succeed;
 

@@ -1,7 +1,24 @@
-//! The modules of `src/gpu` import each other in one direction only.
+//! Modules import each other in one direction only: the rooms of `src` from the layers below, the modules of `src/gpu`
+//! without circles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+
+/// The rooms of `src`, from the bottom to the top. A room imports what stands in layers below its own.
+const LAYERS: &[&[&str]] = &[
+    &["error", "progress", "random"],
+    &["camera", "files", "graph", "interrupt", "shared"],
+    &["compare", "light_grid", "scene", "settings", "shader"],
+    &["cli", "cpu", "gpu", "views"],
+    &["uploaded_scene"],
+    &["job"],
+    &["passes"],
+    &["frame"],
+    &["techniques"],
+    &["renderer"],
+    &["report"],
+    &["app"],
+];
 
 /// Source of each module of a folder by name; `mod` is its root.
 type Sources = BTreeMap<String, String>;
@@ -45,14 +62,63 @@ fn heads(text: &str) -> Vec<&str> {
     heads
 }
 
+/// The lines that are neither comments nor tests.
+fn code(text: &str) -> String {
+    let text = text.split("#[cfg(test)]\nmod ").next().unwrap();
+    let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+    lines.flat_map(|line| [line, "\n"]).collect()
+}
+
 /// Modules that a module of `crate::gpu` names outside its tests. `exported` says which module the names at the root
 /// come from.
 fn imports(text: &str, modules: &BTreeSet<&str>, exported: &BTreeMap<&str, &str>) -> BTreeSet<String> {
-    let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
-    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let lines = code(text);
     let paths = ["super::", "crate::gpu::"].iter().flat_map(|prefix| lines.split(prefix).skip(1));
     let module_of = |name| modules.get(name).or_else(|| exported.get(name)).map(|module| (*module).to_owned());
     paths.flat_map(heads).filter_map(module_of).collect()
+}
+
+/// The text of a room, a file or a folder of them, without its tests.
+fn room_text(path: &Path) -> String {
+    if path.is_file() {
+        let text = std::fs::read_to_string(path).unwrap();
+        return code(&text);
+    }
+    let inside = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
+    inside
+        .filter(|path| !path.file_stem().unwrap().to_str().unwrap().ends_with("tests"))
+        .map(|p| room_text(&p))
+        .collect()
+}
+
+/// The rooms of `src` with their text.
+fn rooms() -> Sources {
+    let entries = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).unwrap();
+    let mut rooms = Sources::new();
+    for path in entries.map(|entry| entry.unwrap().path()) {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        if !["lib", "main", "bin"].contains(&name.as_str()) {
+            *rooms.entry(name).or_default() += &room_text(&path);
+        }
+    }
+    rooms
+}
+
+/// What each room imports against the order of the layers, and rooms that stand in none.
+fn against_the_layers(rooms: &Sources) -> Vec<String> {
+    let layer = |room: &str| LAYERS.iter().position(|layer| layer.contains(&room));
+    let mut found = Vec::new();
+    for (room, text) in rooms {
+        let Some(own) = layer(room) else {
+            found.push(format!("{room} is in no layer"));
+            continue;
+        };
+        let imported: BTreeSet<&str> = text.split("crate::").skip(1).flat_map(heads).collect();
+        let above =
+            imported.into_iter().filter(|other| other != room && layer(other).is_some_and(|other| other >= own));
+        found.extend(above.map(|other| format!("{room} imports {other}")));
+    }
+    found
 }
 
 /// Which module each name that the root exports comes from.
@@ -103,5 +169,26 @@ fn a_planted_circle_is_found() {
         sources.entry(module.to_owned()).and_modify(|text| *text = format!("{line}\n{text}"));
         let found = circle(&sources).unwrap_or_default();
         assert!(found.iter().any(|name| name == module), "after `{line}` in {module}: {found:?}");
+    }
+}
+
+#[test]
+fn rooms_import_from_the_layers_below() {
+    let rooms = rooms();
+    assert!(rooms.len() > 20, "only {} rooms were found", rooms.len());
+    assert_eq!(against_the_layers(&rooms), [""; 0]);
+}
+
+#[test]
+fn a_planted_import_from_above_is_found() {
+    for (room, line, sentence) in [
+        ("settings", "use crate::report::to_json;", "settings imports report"),
+        ("passes", "use crate::{Error, frame::{FrameOutputs, build}};", "passes imports frame"),
+        ("scene", "fn f(_: &crate::settings::Settings) {}", "scene imports settings"),
+        ("attic", "", "attic is in no layer"),
+    ] {
+        let mut rooms = rooms();
+        *rooms.entry(room.to_owned()).or_default() += line;
+        assert_eq!(against_the_layers(&rooms), [sentence]);
     }
 }

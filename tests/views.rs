@@ -10,12 +10,12 @@ use common::GpuTest;
 use common::compare::{all_finite, near};
 use common::rooms::{furnished_room, lamp_room};
 use glam::Vec3;
+use gridlight::app::counts;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response, luminance};
+use gridlight::files::pictures::{read_exr, read_png};
 use gridlight::gpu::Gpu;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::report::image_files::{read_exr, read_png};
-use gridlight::report::statistics;
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Filter, Reservoir, Settings, Size, Technique, View};
@@ -218,7 +218,7 @@ fn overdraw_is_what_the_statistics_count() {
         let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
         let whole = see(&test, &scene, &settings);
         let counts =
-            statistics::count(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings), &whole.renderer).unwrap();
+            counts::count(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings), &whole.renderer).unwrap();
         let sum: f64 = seen.values.iter().map(|v| f64::from(v.x)).sum();
         let most = seen.values.iter().fold(0.0, |most: f32, v| most.max(v.x));
         let mean = sum / seen.values.len() as f64;

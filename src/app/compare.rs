@@ -10,9 +10,10 @@ use crate::compare::{
     Image, ImageLimits, ImageMetrics, TimingComparison, TimingsFile, Tone, auto_exposure, compare_images, heatmap,
     limits, table,
 };
-use crate::report::image_files::write_png;
+use crate::files::OutputFile;
+use crate::files::pictures::write_png;
 use crate::report::timings::Program;
-use crate::report::{OutputFile, to_json};
+use crate::report::to_json;
 use crate::settings::Exposure;
 use crate::{Error, Result};
 

@@ -1,27 +1,24 @@
 //! Rendering without a window.
 
-use std::cell::RefCell;
-use std::path::Path;
 use std::sync::Arc;
 
+use super::counts;
 use super::frames::{Frames, run_frames};
-use crate::gpu::{FrameCapture, Gpu, GpuOptions};
+use super::outputs::Outputs;
+use super::setup::{find_camera, load_scene, open_gpu, scene_info, upload};
+use crate::files::FileKind;
+use crate::gpu::{FrameCapture, Gpu};
 use crate::graph::to_dot;
-use crate::progress::{Bar, Progress};
+use crate::progress::Progress;
 use crate::renderer::{Fresh, Job, Renderer, UploadedScene};
 use crate::report::dump;
 use crate::report::dump::folder::{DumpFolder, DumpTarget};
-use crate::report::files::Outputs;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
-use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, SceneInfo, to_csv};
-use crate::report::{FileKind, statistics};
-use crate::scene::{Camera, Light, Scene, gltf};
-use crate::settings::{Settings, SunPlace};
-use crate::{Error, Result, camera, interrupt};
-
-/// The scene shown when none is named.
-const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
+use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, to_csv};
+use crate::scene::{Camera, Scene};
+use crate::settings::Settings;
+use crate::{Error, Result, interrupt};
 
 /// Renders the frames that the settings ask for, writes the outputs and prints the table unless `quiet`.
 ///
@@ -51,7 +48,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         }
         _ => None,
     };
-    let rays = RayRates::of(&times, statistics::rays(&renderer)?);
+    let rays = RayRates::of(&times, counts::rays(&renderer)?);
     let printed = (!quiet).then(|| table(&times, &rays));
     let picture = match outputs.picture {
         None => None,
@@ -61,7 +58,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         None => None,
         Some(file) if file.kind() == FileKind::Csv => Some((file, to_csv(&frames)?)),
         Some(file) => {
-            let counts = statistics::count(&job, &renderer)?;
+            let counts = counts::count(&job, &renderer)?;
             let mut report = report(&job, &scene, &renderer, times, counts);
             report.rays = rays;
             report.frames = frames.len() as u32;
@@ -106,74 +103,6 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
-    let options = GpuOptions {
-        select: settings.device.gpu.clone(),
-        validation: settings.device.validation,
-        baseline_only: false,
-    };
-    Gpu::new(&options)
-}
-
-pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
-    let bar: RefCell<Option<(String, Bar)>> = RefCell::new(None);
-    let report = |step: &str, done: u64, total: u64| {
-        let mut current = bar.borrow_mut();
-        if current.as_ref().is_none_or(|(name, _)| name != step) {
-            *current = Some((step.to_owned(), progress.bar(step, total)));
-        }
-        if let Some((_, bar)) = current.as_ref() {
-            bar.set(done);
-        }
-    };
-    read_scene(settings.scene.file.as_deref(), settings.scene.sun, &report)
-}
-
-/// The scene of a file, or the built-in one, with the sun where it is asked for.
-pub(super) fn read_scene(path: Option<&Path>, sun: Option<SunPlace>, report: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
-    let mut scene = match path {
-        Some(path) => gltf::load(path, report),
-        None => gltf::load_bytes("courtyard", COURTYARD, report),
-    }?;
-    if let Some(sun) = sun {
-        let first = scene.lights.iter_mut().find_map(|light| match light {
-            Light::Directional { direction_ws, .. } => Some(direction_ws),
-            _ => None,
-        });
-        *first.ok_or_else(|| Error::Usage("--sun needs a directional light, and the scene has none".to_owned()))? =
-            sun.travel_ws();
-    }
-    Ok(scene)
-}
-
-pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {
-    let bar = progress.bar("BVH", 1);
-    let uploaded = UploadedScene::with_rays(gpu, scene, settings.tracing.rays)?;
-    bar.set(1);
-    Ok(uploaded)
-}
-
-/// The camera of that name or index, or at that place; the first when none is named.
-pub(super) fn find_camera(scene: &Scene, wanted: Option<&str>) -> Result<Camera> {
-    let first = scene.cameras.first();
-    let found = match wanted {
-        None => first.cloned(),
-        Some(name) => {
-            let named = scene.cameras.iter().find(|c| c.name == name);
-            let named = named.or_else(|| scene.cameras.get(name.parse::<usize>().ok()?));
-            named.cloned().or_else(|| camera::from_setting(name, first?))
-        }
-    };
-    found.ok_or_else(|| {
-        let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-        Error::Usage(format!(
-            "--camera {} is not in the scene; its cameras are {}",
-            wanted.unwrap_or_default(),
-            names.join(", ")
-        ))
-    })
-}
-
 /// Renders a frame into a dump that has no name yet: the last of a mean, else one more like the last. Pictures are of
 /// that frame too.
 fn write_dump(target: DumpTarget, job: &Job<'_>, scene: &Scene, renderer: &Renderer) -> Result<DumpFolder> {
@@ -213,16 +142,4 @@ fn report(
 /// The settings with what `None` stood for.
 fn settings_as_used(settings: &Settings, renderer: &Renderer) -> Settings {
     settings.clone().changed(|s| s.lgh.reservoir = Some(renderer.shape().reservoir))
-}
-
-/// What a report says of the scene.
-pub(super) fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
-    SceneInfo {
-        name: scene.name.clone(),
-        path: settings.scene.file.as_ref().map(|p| p.display().to_string()),
-        triangles: scene.indices.len() as u64 / 3,
-        cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
-        camera: camera.name.clone(),
-        sun: settings.scene.sun.map(|sun| sun.to_string()),
-    }
 }

@@ -1,11 +1,14 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
 pub mod compare;
+pub mod counts;
 pub mod diff_dumps;
 pub mod error_report;
 mod frames;
 pub mod headless;
 pub mod list_gpus;
+mod outputs;
+mod setup;
 #[cfg(feature = "window")]
 pub mod window;
 

@@ -6,7 +6,7 @@ use clap::ArgAction;
 
 use super::error_report::ErrorReportArgs;
 use crate::compare::ImageLimits;
-use crate::report::FileKind;
+use crate::files::FileKind;
 use crate::settings::Exposure;
 use crate::{Error, Result};
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::tone::decode_srgb;
-use crate::report::FileKind;
-use crate::report::image_files::{read_exr, read_png};
+use crate::files::FileKind;
+use crate::files::pictures::{read_exr, read_png};
 use crate::{Error, Result};
 
 /// A picture: RGB, row 0 at the top, linear radiance unless said otherwise.
@@ -69,8 +69,8 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::OutputFile;
-    use crate::report::image_files::Picture;
+    use crate::files::OutputFile;
+    use crate::files::pictures::Picture;
 
     fn pixel(radiance: Vec<f32>, srgb: Vec<u8>) -> Picture {
         Picture { width_px: 1, height_px: 1, radiance, srgb, ..Picture::default() }

@@ -1,7 +1,5 @@
-//! CPU twins of the compute stages: same names, same arithmetic, compared stage by stage in the tests; and what
-//! is decided on the CPU before the first frame.
+//! CPU twins of the compute stages: same names, same arithmetic, compared stage by stage in the tests.
 
-pub mod choose_levels;
 pub mod compact_vpls;
 pub mod count_lights;
 pub mod deal_tiles;
@@ -16,7 +14,6 @@ pub mod mark_grid_lights;
 pub mod mark_lights;
 pub mod merge_lights;
 pub mod place_grid;
-pub mod random;
 pub mod reduce_bounds;
 pub mod reservoir;
 pub mod resolve_moments;

@@ -1,6 +1,6 @@
 //! Twin of the selection in `light_volumes/reservoir.glsl`: which light a pixel's shadow sample becomes.
 
-use super::random::{hash, hash3, unit_float};
+use crate::random::{hash, hash3, unit_float};
 use crate::shared::NO_LIGHT;
 
 /// The pixel and sample whose reservoir it is.

@@ -23,7 +23,6 @@ pub mod light_volumes;
 pub mod merge;
 pub mod path_trace;
 pub mod present;
-pub mod readback;
 pub mod reference;
 pub mod shadow_rays;
 pub mod tone_map;

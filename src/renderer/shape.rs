@@ -6,12 +6,12 @@ use ash::vk;
 
 use super::capacity::{check_hierarchy, check_reservoirs, check_slots, scatter_mode};
 use super::frame_data;
-use crate::cpu::choose_levels::{LevelChoice, choose_levels};
 use crate::error::{Error, Result};
 use crate::frame;
 use crate::gpu::{Executor, Gpu};
 use crate::job::Job;
 use crate::light_grid::Levels;
+use crate::light_grid::choose_levels::{LevelChoice, choose_levels};
 use crate::passes::FrameShape;
 use crate::settings::{self, LightSet, LightingMode, Rays, Reservoir, Scatter, Settings, Technique};
 use crate::uploaded_scene::check_rays;

@@ -1,12 +1,9 @@
-//! What a run leaves behind: pictures, timings and the table on stdout.
+//! What a run leaves behind beside pictures: timings, dumps, error reports and the table on stdout.
 
 pub mod dump;
 pub mod error_report;
-pub mod files;
-pub mod image_files;
 pub mod machine;
-pub mod statistics;
-pub mod stats;
+pub mod summary;
 pub mod table;
 pub mod timings;
 
@@ -15,8 +12,7 @@ use serde::Serialize;
 use crate::{Error, Result};
 
 pub use error_report::ErrorReport;
-pub use files::{FileKind, OutputFile};
-pub use stats::Stats;
+pub use summary::Summary;
 pub use timings::{FrameTimes, RunReport};
 
 /// A report as an indented JSON document with a line break at its end.

@@ -3,7 +3,7 @@
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{Cell, CellAlignment, Row, Table};
 
-use super::stats::Stats;
+use super::summary::Summary;
 use super::timings::{RayRates, RunTimes};
 
 /// Passes and frames with their median and 95th percentile, each pass's share of the frame, and the rates of rays
@@ -26,7 +26,7 @@ pub fn table(times: &RunTimes, rays: &RayRates) -> String {
     table.trim_fmt() + &rates.concat()
 }
 
-fn row(name: &str, ms: &Stats, share: String) -> Row {
+fn row(name: &str, ms: &Summary, share: String) -> Row {
     let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
     Row::from([Cell::new(name), right(format!("{:.3}", ms.median)), right(format!("{:.3}", ms.p95)), right(share)])
 }

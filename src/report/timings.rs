@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use super::machine::Machine;
-use super::stats::Stats;
+use super::summary::Summary;
 use crate::gpu::DeviceReport;
 use crate::settings::{self, Settings};
 use crate::{Error, Result};
 
 /// The version of the JSON layout.
-pub const SCHEMA: &str = "gridlight-timings/1";
+pub use crate::files::TIMINGS_SCHEMA as SCHEMA;
 
 /// What was measured in one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -189,7 +189,7 @@ pub struct PassTimes {
     /// Number of frames it ran in.
     pub frames: usize,
     /// Milliseconds in those frames.
-    pub ms: Stats,
+    pub ms: Summary,
 }
 
 /// The measured frames, summarised.
@@ -198,18 +198,18 @@ pub struct RunTimes {
     /// Every pass, in the order they first ran.
     pub passes: Vec<PassTimes>,
     /// The frame on the GPU's clock.
-    pub frame_gpu_ms: Stats,
+    pub frame_gpu_ms: Summary,
     /// The frame on the wall clock.
-    pub frame_cpu_ms: Stats,
+    pub frame_cpu_ms: Summary,
     /// The sum of the passes of a frame.
-    pub pass_sum_ms: Stats,
+    pub pass_sum_ms: Summary,
 }
 
 impl RunTimes {
     /// Summarises the frames, or `None` when there are none. A pass that runs twice in a frame counts with its sum.
     #[must_use]
     pub fn of(frames: &[FrameTimes]) -> Option<Self> {
-        let stats = |value: fn(&FrameTimes) -> f64| Stats::of(&frames.iter().map(value).collect::<Vec<_>>());
+        let stats = |value: fn(&FrameTimes) -> f64| Summary::of(&frames.iter().map(value).collect::<Vec<_>>());
         Some(Self {
             passes: summarise_passes(frames),
             frame_gpu_ms: stats(|frame| frame.gpu_ms)?,
@@ -237,7 +237,7 @@ fn summarise_passes(frames: &[FrameTimes]) -> Vec<PassTimes> {
         }
     }
     let summary = |(name, values): (&str, Vec<f64>)| {
-        Some(PassTimes { name: name.to_owned(), frames: values.len(), ms: Stats::of(&values)? })
+        Some(PassTimes { name: name.to_owned(), frames: values.len(), ms: Summary::of(&values)? })
     };
     series.into_iter().filter_map(summary).collect()
 }
@@ -304,8 +304,8 @@ pub(crate) mod tests {
         let times = RunTimes::of(&two_frames()).unwrap();
         let names: Vec<_> = times.passes.iter().map(|pass| pass.name.as_str()).collect();
         assert_eq!(names, ["gbuffer", "light-volumes"]);
-        assert_eq!(times.passes[1].ms, Stats { min: 3.0, median: 3.5, mean: 3.5, p95: 4.0, max: 4.0 });
-        assert_eq!(times.frame_gpu_ms, Stats { min: 4.0, median: 5.0, mean: 5.0, p95: 6.0, max: 6.0 });
+        assert_eq!(times.passes[1].ms, Summary { min: 3.0, median: 3.5, mean: 3.5, p95: 4.0, max: 4.0 });
+        assert_eq!(times.frame_gpu_ms, Summary { min: 4.0, median: 5.0, mean: 5.0, p95: 6.0, max: 6.0 });
         assert_eq!(times.frame_cpu_ms.max.to_bits(), 7.0_f64.to_bits());
         assert_eq!(times.pass_sum_ms, times.frame_gpu_ms);
         assert_eq!(RunTimes::of(&[]), None);

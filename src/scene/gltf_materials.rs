@@ -3,15 +3,16 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Cursor;
+use std::sync::mpsc;
 
 use ::gltf::json::Index;
 use ::gltf::json::material::{AlphaMode, Material as JsonMaterial};
 use ::gltf::json::texture::{Texture as JsonTexture, WrappingMode};
 use ::gltf::json::validation::Checked;
 use image::{ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
 
 use super::gltf_buffers::{Document, shorten};
-use super::parallel::parallel_map;
 use super::{Material, Texture};
 use crate::Result;
 
@@ -171,7 +172,22 @@ pub(super) fn decode_images(
         std::panic::catch_unwind(|| decode_image(&item.0, &item.1)).unwrap_or_else(|_| Err("the decoder failed".into()))
     };
     progress("textures", 0, total);
-    let decoded = parallel_map(&unique, decode, &mut |done| progress("textures", done as u64, total));
+    let mut decoded = Vec::new();
+    rayon::in_place_scope(|scope| {
+        let (sender, receiver) = mpsc::channel();
+        scope.spawn(|_| {
+            let textures = unique.par_iter().map_with(sender, |sender, item| {
+                let texture = decode(item);
+                // Nobody listens only when the other thread is on its way out.
+                let _ = sender.send(());
+                texture
+            });
+            decoded = textures.collect();
+        });
+        for (done, ()) in receiver.iter().enumerate() {
+            progress("textures", done as u64 + 1, total);
+        }
+    });
     let named = decoded.into_iter().zip(&unique);
     named
         .map(|(t, (name, _))| t.map_err(|e| document.error(format_args!("texture `{name}` is unreadable: {e}"))))

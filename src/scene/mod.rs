@@ -12,12 +12,13 @@ mod gltf_materials;
 mod gltf_mesh;
 mod gltf_nodes;
 pub mod octahedral;
-mod parallel;
 pub mod query_geometry;
 pub mod testing;
 pub mod upload;
 
 use glam::Vec3;
+
+pub use crate::camera::Camera;
 
 /// One vertex in world space, as the GPU reads it (24 bytes, no padding).
 #[repr(C)]
@@ -72,25 +73,6 @@ pub struct Texture {
     pub height: u32,
     /// `4 * width * height` bytes.
     pub rgba: Vec<u8>,
-}
-
-/// A pinhole camera with an orthonormal world-space frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
-    /// The node's name (or the camera's), unique within the scene.
-    pub name: String,
-    /// Eye position.
-    pub position_ws: Vec3,
-    /// Unit vector to the right of the picture.
-    pub right_ws: Vec3,
-    /// Unit vector to the top of the picture.
-    pub up_ws: Vec3,
-    /// Unit viewing direction.
-    pub forward_ws: Vec3,
-    /// Vertical field of view in radians.
-    pub yfov_rad: f32,
-    /// Near plane distance.
-    pub near: f32,
 }
 
 /// A light of `KHR_lights_punctual`. Colour times intensity, linear RGB.

@@ -1,5 +1,6 @@
 //! Single settings by their keys, as a settings file has them.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use serde::Deserialize;
@@ -75,10 +76,10 @@ impl Settings {
             match value {
                 toml::Value::Boolean(true) => line += &format!(" --{key}"),
                 value => {
-                    let value = quoted(&plain(value));
+                    let value = plain(value);
                     // What begins with a dash would be taken for an option.
                     let separator = if value.starts_with('-') { '=' } else { ' ' };
-                    line += &format!(" --{key}{separator}{value}");
+                    line += &format!(" --{key}{separator}{}", quoted(&value));
                 }
             }
         }
@@ -101,13 +102,10 @@ pub fn plain(value: &toml::Value) -> String {
     }
 }
 
-/// In single quotes where a shell would take it apart.
-fn quoted(text: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+%@".contains(c);
-    if !text.is_empty() && text.chars().all(is_plain) {
-        return text.to_owned();
-    }
-    format!("'{}'", text.replace('\'', "'\\''"))
+/// As a shell takes it for one word.
+fn quoted(text: &str) -> Cow<'_, str> {
+    // Only a NUL cannot be quoted, and no argument holds one.
+    shlex::try_quote(text).unwrap_or(Cow::Borrowed(text))
 }
 
 #[cfg(test)]
@@ -151,6 +149,6 @@ mod tests {
             s.scene.camera = Some("-1,2,3,4,5".to_owned());
         });
         let line = settings.command_line().unwrap();
-        assert_eq!(line, "gridlight 'a b.gltf' --alpha 1.7 --camera=-1,2,3,4,5 --technique brute-force --validation");
+        assert_eq!(line, "gridlight 'a b.gltf' --alpha 1.7 --camera='-1,2,3,4,5' --technique brute-force --validation");
     }
 }

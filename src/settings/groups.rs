@@ -9,7 +9,7 @@ use super::validate::{above_zero, at_least_one, has_extension, require};
 use super::values::name_or_index;
 use super::{Exposure, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, View};
 use crate::Result;
-use crate::report::files::FileKind;
+use crate::files::FileKind;
 
 settings_group! {
     /// What is looked at, from where, and under which sun.

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use super::{Levels, LightSet, Settings, Technique, name};
-use crate::report::files::FileKind;
+use crate::files::FileKind;
 use crate::{Error, Result};
 
 impl Settings {

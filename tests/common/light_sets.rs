@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use gridlight::cpu::lights::LightList;
-use gridlight::cpu::random::{hash, unit_float};
+use gridlight::random::{hash, unit_float};
 use gridlight::scene::octahedral::pack_octahedral;
 
 /// A stream of random numbers.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gridlight::report::image_files::read_png;
+use gridlight::files::pictures::read_png;
 
 /// Largest mean absolute difference that passes, of blocks of 8-bit sRGB values and as a fraction of the golden's mean value.
 ///

@@ -5,7 +5,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::cli::REPORT_FILES;
-use crate::report::{ErrorReport, OutputFile};
+use crate::files::OutputFile;
+use crate::report::ErrorReport;
 use crate::{Error, Result};
 
 /// A folder known to take the files of a report. One that was made for it goes away again when it stays empty.

@@ -6,7 +6,7 @@ pub mod stages;
 
 use std::rc::Rc;
 
-use super::headless::{find_camera, load_scene, open_gpu, scene_info, upload};
+use super::setup::{find_camera, load_scene, open_gpu, scene_info, upload};
 use crate::cli::ErrorReportOptions;
 use crate::compare::{Image, auto_exposure};
 use crate::progress::Progress;

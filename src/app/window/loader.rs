@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-use crate::app::headless::read_scene;
+use crate::app::setup::read_scene;
 use crate::renderer::ReadyScene;
 use crate::scene::Scene;
 use crate::settings::SunPlace;

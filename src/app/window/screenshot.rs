@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::files::FileKind;
+use crate::files::OutputFile;
+use crate::files::pictures::Picture;
 use crate::renderer::Renderer;
-use crate::report::FileKind;
-use crate::report::files::OutputFile;
-use crate::report::image_files::Picture;
 use crate::report::timings::Program;
 use crate::settings::Settings;
 use crate::{Error, Result};

@@ -7,7 +7,7 @@ use super::StageImages;
 use crate::Result;
 use crate::compare::false_color::{SCALE_BAR_PX, difference_map, scale_bar};
 use crate::compare::{Image, Tone, diverging_color, heatmap, tone_map};
-use crate::report::image_files::write_png;
+use crate::files::pictures::write_png;
 
 /// The relative difference at the ends of the scale; the labels of the scale say the same.
 const DIFFERENCE_RANGE: f32 = 0.5;

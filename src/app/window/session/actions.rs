@@ -8,7 +8,7 @@ use winit::window::Fullscreen;
 use super::Session;
 use super::split::Inspector;
 use crate::Result;
-use crate::app::headless::find_camera;
+use crate::app::setup::find_camera;
 use crate::app::window::action::Action;
 use crate::app::window::camera::FlyCamera;
 use crate::app::window::loader::Loading;

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::settings::Settings;
 use crate::{Error, Result};
 
 /// The formats this program writes, known by their extensions.
@@ -103,26 +102,6 @@ impl OutputFile {
             Ok(())
         };
         write().map_err(|error| unwritable(&self.path, &error))
-    }
-}
-
-/// The files that the settings ask for.
-#[derive(Debug, Default)]
-pub struct Outputs {
-    /// The picture.
-    pub picture: Option<OutputFile>,
-    /// The timings.
-    pub timings: Option<OutputFile>,
-}
-
-impl Outputs {
-    /// Checks every output before any work is done.
-    ///
-    /// # Errors
-    /// Those of [`OutputFile::create`].
-    pub fn prepare(settings: &Settings) -> Result<Self> {
-        let create = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::create).transpose();
-        Ok(Self { picture: create(&settings.output.picture)?, timings: create(&settings.output.timings)? })
     }
 }
 
@@ -260,18 +239,5 @@ mod tests {
         permissions.set_readonly(true);
         fs::set_permissions(&kept, permissions).unwrap();
         assert!(complaint(&kept).ends_with("read-only"));
-    }
-
-    #[test]
-    fn both_outputs_are_prepared() {
-        let folder = tempfile::tempdir().unwrap();
-        let settings = Settings::default().changed(|s| {
-            s.output.picture = Some(folder.path().join("a.exr"));
-            s.output.timings = Some(folder.path().join("no/a.csv"));
-        });
-        assert_eq!(Outputs::prepare(&settings).unwrap_err().exit_code(), 1);
-        let outputs = Outputs::prepare(&settings.changed(|s| s.output.timings = None)).unwrap();
-        assert!(outputs.picture.is_some() && outputs.timings.is_none());
-        assert!(names(folder.path()).is_empty());
     }
 }

@@ -26,7 +26,7 @@ use super::scale::{ScaleControl, fixed_scale};
 use super::script::Script;
 use super::stage::Stage;
 use super::sun::Sun;
-use crate::app::headless::find_camera;
+use crate::app::setup::find_camera;
 use crate::gpu::FrameCapture;
 use crate::renderer::Told;
 use crate::scene::Camera;

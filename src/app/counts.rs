@@ -1,10 +1,10 @@
 //! What a frame counted: lights, rays, overdraw. Read after the measured frames, the overdraw from one extra frame.
 
-use super::timings::Counts;
 use crate::Result;
 use crate::job::Job;
 use crate::passes::FrameShape;
 use crate::renderer::Renderer;
+use crate::report::timings::Counts;
 use crate::settings::View;
 
 /// Rays that the last frame traced for virtual point lights and for shadows.

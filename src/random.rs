@@ -1,4 +1,4 @@
-//! Twin of the hash in `common/random.glsl`: bit-identical.
+//! Random numbers by hashing, bit-identical to those of `common/random.glsl`.
 
 /// PCG hash (Jarzynski and Olano 2020).
 #[must_use]

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::parallel::parallel_map;
-use super::{Scene, Texture};
-
 mod resample;
 
+use rayon::prelude::*;
+
+use super::{Scene, Texture};
 pub use resample::mip_chain;
 use resample::{average, resample};
 
@@ -43,8 +43,8 @@ pub fn build_albedo_array(scene: &Scene, max_layers: u32) -> AlbedoArray {
         log::warn!("{lost} of {all} base-colour textures find no layer: light paths see their average colour");
     }
     let size_px = layer_size(&used[..kept]);
-    let layers = parallel_map(&used[..kept], |texture| resample(texture, size_px), &mut |_| ());
-    let averages = parallel_map(&used[kept..], |texture| average(texture), &mut |_| ());
+    let layers: Vec<_> = used[..kept].par_iter().map(|texture| resample(texture, size_px)).collect();
+    let averages: Vec<_> = used[kept..].par_iter().map(|texture| average(texture)).collect();
     let slot = |m: &super::Material| m.base_color_texture.and_then(|index| slots.get(&index).copied());
     let material_layer = scene.materials.iter().map(|m| slot(m).filter(|s| *s < kept).map(|s| s as u32)).collect();
     let factor = |m: &super::Material| {
@@ -58,7 +58,7 @@ pub fn build_albedo_array(scene: &Scene, max_layers: u32) -> AlbedoArray {
 /// The mip chains of many textures (each with whether it is sRGB encoded), on all cores.
 #[must_use]
 pub fn mip_chains(textures: &[(&Texture, bool)]) -> Vec<Vec<(u32, u32, Vec<u8>)>> {
-    parallel_map(textures, |(texture, srgb)| mip_chain(texture, *srgb), &mut |_| ())
+    textures.par_iter().map(|(texture, srgb)| mip_chain(texture, *srgb)).collect()
 }
 
 /// Smaller the more layers there are, and never beyond the largest texture.

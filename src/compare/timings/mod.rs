@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::table::number;
-use crate::report::timings::SCHEMA;
+use crate::files::TIMINGS_SCHEMA as SCHEMA;
 use crate::{Error, Result};
 
 /// The part of the frame, in percent, from which a pass is held to the limit by itself.

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::light_grid::Levels;
+use super::Levels;
 use crate::shared::MAX_LEVEL;
 
 /// What the choice is based on and what follows from it.

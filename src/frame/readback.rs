@@ -1,6 +1,6 @@
 //! `readback`: what the host learns of every frame of a window, without a wait.
 
-use crate::frame::FrameOutputs;
+use super::FrameOutputs;
 use crate::gpu::{TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, Handle, Pass, ResourceInfo};
 

@@ -9,7 +9,7 @@ use exr::math::Vec2;
 use exr::meta::attribute::Text;
 use image::{DynamicImage, ImageFormat, ImageReader};
 
-use super::files::{FileKind, OutputFile};
+use super::{FileKind, OutputFile};
 use crate::{Error, Result};
 
 /// A finished picture in both forms.

@@ -1,5 +1,7 @@
 //! The shape of the grid hierarchy: levels, vertices, and where each level's occupancy bits lie.
 
+pub mod choose_levels;
+
 use crate::shared::{LEVEL_ROWS, MAX_LEVEL};
 
 /// The levels 1..=Lmax. Level Lmax has 2 vertices per axis, each level below twice the cells.

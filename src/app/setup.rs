@@ -1,0 +1,99 @@
+//! What every way to render begins with: a device, a scene on it, a camera.
+
+use std::cell::RefCell;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::gpu::{Gpu, GpuOptions};
+use crate::progress::{Bar, Progress};
+use crate::renderer::UploadedScene;
+use crate::report::timings::SceneInfo;
+use crate::scene::{Camera, Light, Scene, gltf};
+use crate::settings::{Settings, SunPlace};
+use crate::{Error, Result, camera};
+
+/// The scene shown when none is named.
+const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
+
+/// The device that the settings ask for.
+pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
+    let options = GpuOptions {
+        select: settings.device.gpu.clone(),
+        validation: settings.device.validation,
+        baseline_only: false,
+    };
+    Gpu::new(&options)
+}
+
+/// The scene that the settings ask for, with a progress bar for each step.
+pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Scene> {
+    let bar: RefCell<Option<(String, Bar)>> = RefCell::new(None);
+    let report = |step: &str, done: u64, total: u64| {
+        let mut current = bar.borrow_mut();
+        if current.as_ref().is_none_or(|(name, _)| name != step) {
+            *current = Some((step.to_owned(), progress.bar(step, total)));
+        }
+        if let Some((_, bar)) = current.as_ref() {
+            bar.set(done);
+        }
+    };
+    read_scene(settings.scene.file.as_deref(), settings.scene.sun, &report)
+}
+
+/// The scene of a file, or the built-in one, with the sun where it is asked for.
+pub(super) fn read_scene(path: Option<&Path>, sun: Option<SunPlace>, report: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    let mut scene = match path {
+        Some(path) => gltf::load(path, report),
+        None => gltf::load_bytes("courtyard", COURTYARD, report),
+    }?;
+    if let Some(sun) = sun {
+        let first = scene.lights.iter_mut().find_map(|light| match light {
+            Light::Directional { direction_ws, .. } => Some(direction_ws),
+            _ => None,
+        });
+        *first.ok_or_else(|| Error::Usage("--sun needs a directional light, and the scene has none".to_owned()))? =
+            sun.travel_ws();
+    }
+    Ok(scene)
+}
+
+/// The scene on the device, with what the settings trace rays with.
+pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {
+    let bar = progress.bar("BVH", 1);
+    let uploaded = UploadedScene::with_rays(gpu, scene, settings.tracing.rays)?;
+    bar.set(1);
+    Ok(uploaded)
+}
+
+/// The camera of that name or index, or at that place; the first when none is named.
+pub(super) fn find_camera(scene: &Scene, wanted: Option<&str>) -> Result<Camera> {
+    let first = scene.cameras.first();
+    let found = match wanted {
+        None => first.cloned(),
+        Some(name) => {
+            let named = scene.cameras.iter().find(|c| c.name == name);
+            let named = named.or_else(|| scene.cameras.get(name.parse::<usize>().ok()?));
+            named.cloned().or_else(|| camera::from_setting(name, first?))
+        }
+    };
+    found.ok_or_else(|| {
+        let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+        Error::Usage(format!(
+            "--camera {} is not in the scene; its cameras are {}",
+            wanted.unwrap_or_default(),
+            names.join(", ")
+        ))
+    })
+}
+
+/// What a report says of the scene.
+pub(super) fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) -> SceneInfo {
+    SceneInfo {
+        name: scene.name.clone(),
+        path: settings.scene.file.as_ref().map(|p| p.display().to_string()),
+        triangles: scene.indices.len() as u64 / 3,
+        cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
+        camera: camera.name.clone(),
+        sun: settings.scene.sun.map(|sun| sun.to_string()),
+    }
+}

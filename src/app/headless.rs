@@ -1,13 +1,11 @@
 //! Rendering without a window.
 
-use std::sync::Arc;
-
 use super::counts;
 use super::frames::{Frames, run_frames};
 use super::outputs::Outputs;
 use super::setup::{find_camera, load_scene, open_gpu, scene_info, upload};
 use crate::files::FileKind;
-use crate::gpu::{FrameCapture, Gpu};
+use crate::gpu::FrameCapture;
 use crate::graph::to_dot;
 use crate::progress::Progress;
 use crate::renderer::{Fresh, Job, Renderer, UploadedScene};
@@ -16,7 +14,7 @@ use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, to_csv};
-use crate::scene::{Camera, Scene};
+use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::{Error, Result, interrupt};
 

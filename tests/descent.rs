@@ -9,7 +9,7 @@ use common::hierarchy::{Hierarchy, Options, Readback};
 use common::light_sets::uniform;
 use glam::{IVec3, Vec3};
 use gridlight::cpu::lights::LightList;
-use gridlight::settings::Build;
+use gridlight::settings::{Build, Center};
 
 /// Shares are float sums in another order than the light's own.
 const SUM_TOLERANCE: f32 = 1e-3;
@@ -24,6 +24,7 @@ fn run(lights: &LightList, top: u32, build: Build) -> Readback {
     let options = Options {
         top,
         build,
+        center: Center::Intensity,
         interleave: 1,
         first_level: 1,
         light_capacity: lights.len().max(1) as u32,

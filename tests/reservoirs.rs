@@ -3,11 +3,10 @@
 mod common;
 
 use common::compare::chi_square;
-use glam::Vec3;
+use common::rooms::roofed_floor;
 use gridlight::cpu::reservoir::{Stream, select_exact, select_streaming};
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::scene::testing::scene_from_quads;
-use gridlight::scene::{Light, Scene};
+use gridlight::scene::Scene;
 use gridlight::settings::{Filter, Reservoir, Settings, ShadowPoints, Size};
 
 const PIXELS: u32 = 1 << 20;
@@ -73,21 +72,6 @@ fn samples_of_a_pixel_are_independent() {
     assert!((both - f64::from(PIXELS) * p * p).abs() < 4.0 * deviation, "{both}");
 }
 
-/// A floor and a wall lit by the sun, and a roof between them that shadows.
-fn shadowed_scene() -> Scene {
-    let quad = |origin: Vec3, u: Vec3, v: Vec3| [origin, origin + u, origin + u + v, origin + v];
-    let quads = [
-        quad(Vec3::new(-3.0, 0.0, 3.0), Vec3::X * 6.0, Vec3::NEG_Z * 6.0),
-        quad(Vec3::new(-3.0, 0.0, -3.0), Vec3::X * 6.0, Vec3::Y * 4.0),
-        quad(Vec3::new(-1.0, 1.0, 1.0), Vec3::X * 2.0, Vec3::NEG_Z * 2.0),
-    ];
-    let room = gridlight::scene::testing::box_room(1.0, Vec3::splat(0.7));
-    let mut scene = scene_from_quads("roof", &quads, room.materials[0].clone());
-    let direction_ws = Vec3::new(0.3, -1.0, -0.6).normalize();
-    scene.lights = vec![Light::Directional { direction_ws, irradiance: Vec3::splat(3.0) }];
-    scene
-}
-
 fn settings(reservoir: Reservoir, seed: u32) -> Settings {
     Settings::default().changed(|s| {
         s.picture.size = Size { width: 64, height: 48 };
@@ -124,7 +108,7 @@ fn every_mode_gives_the_same_mean_shadow() {
         eprintln!("skipped: no 64-bit atomics");
         return;
     }
-    let scene = shadowed_scene();
+    let scene = roofed_floor();
     let lit = |reservoir| mean(&render(&test, &scene, &deviation(reservoir)));
     let unshadowed =
         mean(&render(&test, &scene, &deviation(Reservoir::Lock).changed(|s| s.many_lights.shadow_samples = 0)));
@@ -158,7 +142,7 @@ fn exact_is_deterministic_and_follows_the_seed() {
         eprintln!("skipped: no 64-bit atomics");
         return;
     }
-    let scene = shadowed_scene();
+    let scene = roofed_floor();
     let bits = |seed| -> Vec<u32> {
         render(&test, &scene, &settings(Reservoir::Exact, seed)).iter().map(|v| v.to_bits()).collect()
     };

@@ -16,7 +16,7 @@ use gridlight::passes::{Frame, FrameShape, compaction};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::upload::{self, PreparedScene};
 use gridlight::scene::{Light, Scene, bvh};
-use gridlight::settings::Build;
+use gridlight::settings::{Build, Center};
 
 /// A sun and three lamps.
 fn scene() -> Scene {
@@ -49,8 +49,15 @@ fn upload(test: &common::GpuTest, scene: &Scene, prepared: &PreparedScene) -> Ar
 
 /// S0 and its counts for VPLs in `slots` where `bits` are set.
 fn pack(test: &common::GpuTest, slots: &LightList, bits: &[u32], vpl_capacity: u32) -> (LightList, [u32; 3]) {
-    let options =
-        Options { top: 2, build: Build::Gather, interleave: 1, first_level: 1, light_capacity: 1, grid_capacity: None };
+    let options = Options {
+        top: 2,
+        build: Build::Gather,
+        center: Center::Intensity,
+        interleave: 1,
+        first_level: 1,
+        light_capacity: 1,
+        grid_capacity: None,
+    };
     let scene = scene();
     let prepared = upload::prepare(&scene, test.gpu.report().limits.array_layers);
     let mut frame = Frame::new(FrameShape { vpl_capacity, scene_light_count: 3, ..shape(options) });

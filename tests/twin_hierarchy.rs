@@ -6,12 +6,13 @@ mod common;
 use common::compare::{self, Verdict};
 use common::hierarchy::{Hierarchy, Options, Readback};
 use common::light_sets::{Case, degenerate, uniform, wide_fluxes};
+use glam::{DVec3, Vec3};
 use gridlight::cpu::count_lights::{LevelTable, count_lights};
 use gridlight::cpu::deal_tiles::deal_tiles;
 use gridlight::cpu::exclusive_scan::exclusive_scan;
 use gridlight::cpu::gather_below::gather_below;
 use gridlight::cpu::gather_vertex::gather_vertex;
-use gridlight::cpu::lights::LightList;
+use gridlight::cpu::lights::{LightList, luminance};
 use gridlight::cpu::list_vertices::list_vertices;
 use gridlight::cpu::mark_grid_lights::mark_grid_lights;
 use gridlight::cpu::mark_lights::mark_lights;
@@ -20,7 +21,7 @@ use gridlight::cpu::place_grid::place_grid;
 use gridlight::cpu::reduce_bounds::reduce_bounds;
 use gridlight::cpu::resolve_moments::resolve_moments;
 use gridlight::cpu::scatter_lights::scatter_lights;
-use gridlight::settings::Build;
+use gridlight::settings::{Build, Center};
 use gridlight::shared::{GridLight, GridPlacement};
 
 const CAPACITY: u32 = 20_000;
@@ -28,7 +29,15 @@ const CAPACITY: u32 = 20_000;
 const RESOLUTION: f32 = gridlight::cpu::fixed_point::SMALLEST;
 
 fn options(top: u32, build: Build) -> Options {
-    Options { top, build, interleave: 1, first_level: 1, light_capacity: CAPACITY, grid_capacity: None }
+    Options {
+        top,
+        build,
+        center: Center::Intensity,
+        interleave: 1,
+        first_level: 1,
+        light_capacity: CAPACITY,
+        grid_capacity: None,
+    }
 }
 
 /// Placement: all but the reciprocal is exact; a division may be 2.5 ulp off.
@@ -196,6 +205,76 @@ fn the_dimmest_lights_stay_within_a_cell() {
 }
 
 #[test]
+fn unweighted_centres_match_the_twin() {
+    let test = common::gpu();
+    let cases = [
+        Case { name: "uniform", lights: uniform(1000, 14), scene_radius: 5.0 },
+        Case { name: "fluxes from 1e-2 to 1e2", ..wide_fluxes(2) },
+    ];
+    for build in BUILDS {
+        let mut hierarchy = Hierarchy::new(&test.gpu, Options { center: Center::Uniform, ..options(5, build) });
+        let capacity = hierarchy.grid_capacity();
+        for case in &cases {
+            let mut gpu = hierarchy.run(&case.lights, case.scene_radius);
+            let twin = |gpu: &Readback| compare_with_twin(gpu, &case.lights, build, capacity, case.scene_radius);
+            twin(&gpu).unwrap_or_else(|e| panic!("{}, {build:?}: {e}", case.name));
+            gpu.grid.center = Center::Intensity;
+            assert!(twin(&gpu).is_err(), "{}, {build:?}: weighted centres are the same", case.name);
+        }
+    }
+}
+
+/// In cells of the level: a position keeps 24 bits of up to 64 cells, and the sums some 40 bits of the largest flux.
+const CENTRE_TOLERANCE: f32 = 1e-4;
+
+/// The centres of all grid lights by their formula: the mean position of the lights about a vertex, each by its
+/// trilinear weight and, with [`Center::Intensity`], its luminance.
+fn compare_centres(gpu: &Readback, lights: &LightList) -> Verdict {
+    for level in 1..=gpu.grid.levels.top {
+        let cells: Vec<Vec3> =
+            (0..lights.len()).map(|light| gpu.grid.grid_position(lights.position(light), level)).collect();
+        for light in &gpu.lights[gpu.table.range(level)] {
+            let vertex = gpu.grid.vertex_from_index(light.vertex, level).as_dvec3();
+            let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+            for (index, cells) in cells.iter().enumerate() {
+                let offset = cells.as_dvec3() - vertex;
+                let hat = (DVec3::ONE - offset.abs()).max(DVec3::ZERO).element_product();
+                let counts = match gpu.grid.center {
+                    Center::Intensity => hat * f64::from(luminance(lights.flux(index))),
+                    Center::Uniform => hat,
+                };
+                sum += counts * offset;
+                total += counts;
+            }
+            let h = gpu.grid.cell_size(level);
+            let found = (Vec3::from(light.position_ws) - Vec3::from(gpu.grid.placement.origin_ws)) / h;
+            let wanted = (vertex + sum / total).as_vec3();
+            if !compare::near(found, wanted, CENTRE_TOLERANCE) {
+                return Err(format!("level {level}: {light:?} lies at {found}, not {wanted}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn centres_are_weighted_means() {
+    let test = common::gpu();
+    let lights = uniform(700, 15);
+    for (center, other) in [(Center::Intensity, Center::Uniform), (Center::Uniform, Center::Intensity)] {
+        // Only scattering is the formula at every level; gathering goes by the centres below.
+        let mut hierarchy = Hierarchy::new(&test.gpu, Options { center, ..options(5, Build::Scatter) });
+        let mut gpu = hierarchy.run(&lights, 5.0);
+        compare_centres(&gpu, &lights).unwrap_or_else(|e| panic!("{center:?}: {e}"));
+        let mut moved = gpu.clone();
+        moved.lights[17].position_ws[1] += 3.0 * CENTRE_TOLERANCE * gpu.grid.cell_size(1);
+        assert!(compare_centres(&moved, &lights).is_err(), "a moved centre");
+        gpu.grid.center = other;
+        assert!(compare_centres(&gpu, &lights).is_err(), "{center:?} centres are {other:?} ones too");
+    }
+}
+
+#[test]
 fn lights_are_dealt_to_sub_images() {
     let test = common::gpu();
     for (interleave, first_level) in [(2, 1), (4, 1), (2, 0), (1, 0)] {
@@ -269,7 +348,7 @@ fn lights_of_both_comparators_must_be_as_many() {
     let grid = gridlight::cpu::grid::Grid {
         placement: bytemuck::Zeroable::zeroed(),
         levels: gridlight::light_grid::Levels::new(2),
-        center: gridlight::settings::Center::Intensity,
+        center: Center::Intensity,
     };
     assert!(compare::grid_lights(&[light], &[], &grid, 0).is_err());
     assert!(compare::exact("words", &[1, 2], &[1]).is_err());

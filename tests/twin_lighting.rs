@@ -7,11 +7,11 @@ use common::compare::{Verdict, all_finite, near};
 use common::rooms::lamp_room;
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
-use gridlight::cpu::lights::{blend_weight, light_response};
+use gridlight::cpu::lights::{blend_weight, light_response, lobe_of_level};
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
-use gridlight::settings::{LightingMode, Settings, Size, Technique};
+use gridlight::settings::{Center, LightingMode, Lobe, Settings, Size, Switch};
 use gridlight::shared::{GridLight, GridPlacement};
 
 const ALBEDO: f32 = 0.5;
@@ -28,26 +28,27 @@ fn settings(lighting: LightingMode, alpha: f32, first_level: u32) -> Settings {
         s.lgh.alpha = alpha;
         s.lgh.first_level = first_level;
         s.many_lights.shadow_samples = 0;
+        s.render.direct = Switch::Off;
         s.many_lights.clamp = 0.02;
     })
 }
 
 /// Radiance of one frame, with the lights that made it.
-fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Option<Grid>) {
+fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Grid) {
     let test = common::gpu();
     let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
     let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
     let radiance = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
-    let Some(hierarchy) = renderer.outputs().hierarchy else { return (radiance, Vec::new(), None) };
+    let hierarchy = renderer.outputs().hierarchy.unwrap();
     let read = |buffer| renderer.executor().read_buffer(buffer).unwrap();
     let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.tiles));
     let levels = renderer.shape().levels;
     let mut lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
     lights.truncate(tiles[levels.top as usize + 1] as usize);
     let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
-    (radiance, lights, Some(Grid { placement: placement[0], levels, center: gridlight::settings::Center::Intensity }))
+    (radiance, lights, Grid { placement: placement[0], levels, center: settings.lgh.center })
 }
 
 /// The lighting of one pixel by every light in turn.
@@ -60,7 +61,8 @@ fn lighting(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Gri
             let offset = Vec3::from(light.position_ws) - p;
             let radius = settings.lgh.alpha * grid.cell_size(light.level);
             let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, top);
-            let response = light_response(offset, offset.length(), normal, Vec3::from(light.lobe), clamp_squared);
+            let kind = lobe_of_level(light.level, settings.lgh.lobe);
+            let response = light_response(offset, normal, Vec3::from(light.lobe), kind, clamp_squared);
             Vec3::from(light.flux) * (weight * response)
         })
         .sum()
@@ -111,37 +113,65 @@ fn compare(gpu: &[Vec3], cpu: &[Vec3]) -> Verdict {
 }
 
 /// Indirect lighting per unit albedo on both sides.
-fn both(lighting_mode: LightingMode, alpha: f32, first_level: u32) -> (Vec<Vec3>, Vec<Vec3>) {
+fn both(settings: &Settings) -> (Vec<Vec3>, Vec<Vec3>) {
     let scene = room();
-    let settings = settings(lighting_mode, alpha, first_level);
-    let (direct, ..) = render(&scene, &settings.clone().changed(|s| s.render.technique = Technique::Direct));
-    let (all, lights, grid) = render(&scene, &settings);
-    let grid = grid.expect("the hierarchy has a grid");
-    let gpu: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| (*all - *direct) / ALBEDO).collect();
-    let bvh = build_binary(&scene);
-    let cpu = (0..settings.picture.size.height)
+    let (radiance, lights, grid) = render(&scene, settings);
+    let gpu = radiance.iter().map(|radiance| *radiance / ALBEDO).collect();
+    (gpu, sums(settings, &scene, &lights, &grid))
+}
+
+/// The lighting of every pixel by all lights, on the CPU.
+fn sums(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid) -> Vec<Vec3> {
+    let bvh = build_binary(scene);
+    (0..settings.picture.size.height)
         .flat_map(|y| (0..settings.picture.size.width).map(move |x| (x, y)))
         .map(|(x, y)| {
             let (position, normal) = surface(&bvh, &scene.cameras[0], settings.picture.size, x, y);
-            lighting(&settings, &scene, &lights, &grid, position, normal)
+            lighting(settings, scene, lights, grid, position, normal)
         })
-        .collect();
-    (gpu, cpu)
+        .collect()
 }
 
 #[test]
 fn lighting_is_a_sum_over_all_lights() {
     for (alpha, first_level) in [(0.5, 1), (1.0, 1), (2.0, 1), (1.0, 0)] {
         for mode in [LightingMode::Volumes, LightingMode::Gather] {
-            let (gpu, cpu) = both(mode, alpha, first_level);
+            let (gpu, cpu) = both(&settings(mode, alpha, first_level));
             compare(&gpu, &cpu).unwrap_or_else(|e| panic!("{mode:?}, alpha {alpha}, first level {first_level}: {e}"));
+        }
+    }
+}
+
+const LOBES: [Lobe; 4] = [Lobe::Mixture, Lobe::ClampedNormal, Lobe::Sh1, Lobe::Sh1Nonlinear];
+
+#[test]
+fn every_lobe_and_centre_is_its_formula() {
+    let scene = room();
+    for (lobe, center, first_level) in LOBES
+        .map(|lobe| (lobe, Center::Intensity, 1))
+        .into_iter()
+        .chain([(Lobe::Mixture, Center::Uniform, 1), (Lobe::Sh1, Center::Uniform, 0)])
+    {
+        for mode in [LightingMode::Volumes, LightingMode::Gather] {
+            let settings = settings(mode, 1.0, first_level).changed(|s| {
+                s.lgh.lobe = lobe;
+                s.lgh.center = center;
+            });
+            let what = format!("{mode:?}, {lobe:?}, {center:?}, first level {first_level}");
+            let (radiance, lights, grid) = render(&scene, &settings);
+            let gpu: Vec<Vec3> = radiance.iter().map(|radiance| *radiance / ALBEDO).collect();
+            let by = |kind| sums(&settings.clone().changed(|s| s.lgh.lobe = kind), &scene, &lights, &grid);
+            compare(&gpu, &by(lobe)).unwrap_or_else(|e| panic!("{what}: {e}"));
+            for other in LOBES.into_iter().filter(|other| *other != lobe) {
+                assert!(compare(&gpu, &by(other)).is_err(), "{what}: {other:?} is as good");
+            }
         }
     }
 }
 
 #[test]
 fn planted_faults_are_noticed() {
-    let (gpu, cpu) = both(LightingMode::Gather, 1.0, 1);
+    let (gpu, cpu) = both(&settings(LightingMode::Gather, 1.0, 1));
     let brighter: Vec<Vec3> = cpu.iter().map(|v| *v * (1.0 + 2.0 * tolerance())).collect();
     assert!(compare(&gpu, &brighter).is_err(), "wrong by twice the tolerance");
     for value in [f32::NAN, f32::INFINITY] {

@@ -9,7 +9,7 @@ use gridlight::cpu::exclusive_scan::exclusive_scan;
 use gridlight::gpu::Executor;
 use gridlight::passes::exclusive_scan::{self as pass, ScanRange};
 use gridlight::passes::{Frame, FrameShape};
-use gridlight::settings::Build;
+use gridlight::settings::{Build, Center};
 
 /// Words before the scanned range, which must stay as they are.
 const BEFORE: usize = 5;
@@ -18,6 +18,7 @@ fn any_shape() -> FrameShape {
     shape(Options {
         top: 2,
         build: Build::Gather,
+        center: Center::Intensity,
         interleave: 1,
         first_level: 1,
         light_capacity: 1,

@@ -12,7 +12,7 @@ use common::rooms::{furnished_room, lamp_room};
 use glam::Vec3;
 use gridlight::app::counts;
 use gridlight::cpu::grid::Grid;
-use gridlight::cpu::lights::{blend_weight, light_response, luminance};
+use gridlight::cpu::lights::{blend_weight, light_response, lobe_of_level, luminance};
 use gridlight::files::pictures::{read_exr, read_png};
 use gridlight::gpu::Gpu;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
@@ -251,7 +251,8 @@ fn sum(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid, at
         let offset = Vec3::from(light.position_ws) - at.0;
         let radius = settings.lgh.alpha * grid.cell_size(light.level);
         let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, grid.levels.top);
-        let response = weight * light_response(offset, offset.length(), at.1, Vec3::from(light.lobe), clamp_squared);
+        let kind = lobe_of_level(light.level, settings.lgh.lobe);
+        let response = weight * light_response(offset, at.1, Vec3::from(light.lobe), kind, clamp_squared);
         if response > 0.0 {
             count += 1.0;
             levels[light.level as usize] += response * luminance(Vec3::from(light.flux));

@@ -91,15 +91,23 @@ pub fn lobe_intensity(lobe: Vec3, w: Vec3, kind: Lobe) -> f32 {
     unnormalised / PI
 }
 
-/// Outgoing radiance per unit albedo and unit flux with the default lobe; `offset` leads from the surface to the light.
+/// The kind of lobe that lights of a level have: the lights themselves, level 0, have the one that is exact for them.
 #[must_use]
-pub fn light_response(offset: Vec3, distance: f32, normal: Vec3, lobe: Vec3, clamp_squared: f32) -> f32 {
+pub fn lobe_of_level(level: u32, kind: Lobe) -> Lobe {
+    if level == 0 { Lobe::Mixture } else { kind }
+}
+
+/// Outgoing radiance per unit albedo and unit flux of a light whose lobe is of this kind; `offset` leads from the surface
+/// to the light.
+#[must_use]
+pub fn light_response(offset: Vec3, normal: Vec3, lobe: Vec3, kind: Lobe, clamp_squared: f32) -> f32 {
+    let distance = offset.length();
     let w = offset / distance.max(1e-20);
     let cosine = normal.dot(w).max(0.0);
     if cosine <= 0.0 {
         return 0.0;
     }
-    lobe_intensity(lobe, -w, Lobe::Mixture) * cosine / (distance * distance + clamp_squared) / PI
+    lobe_intensity(lobe, -w, kind) * cosine / (distance * distance + clamp_squared) / PI
 }
 
 #[cfg(test)]
@@ -182,10 +190,13 @@ mod tests {
     fn response_by_hand() {
         // A light facing the surface two metres above it: (1 / pi) / 4 / pi.
         let up = Vec3::Y;
-        let response = light_response(2.0 * up, 2.0, up, -up, 0.0);
-        assert!((response - 0.25 / (PI * PI)).abs() < 1e-7);
-        assert_eq!(light_response(2.0 * up, 2.0, -up, -up, 0.0), 0.0);
-        assert_eq!(light_response(2.0 * up, 2.0, up, up, 0.0), 0.0, "the light faces away");
-        assert_eq!(light_response(Vec3::ZERO, 0.0, up, Vec3::ZERO, 1.0), 0.0);
+        let response = |offset, normal, lobe, clamp| light_response(offset, normal, lobe, Lobe::Mixture, clamp);
+        assert!((response(2.0 * up, up, -up, 0.0) - 0.25 / (PI * PI)).abs() < 1e-7);
+        assert_eq!(response(2.0 * up, -up, -up, 0.0), 0.0);
+        assert_eq!(response(2.0 * up, up, up, 0.0), 0.0, "the light faces away");
+        assert_eq!(response(Vec3::ZERO, up, Vec3::ZERO, 1.0), 0.0);
+        // Without a mean direction first-order harmonics are uniform: (1 / (4 pi)) / 4 / pi.
+        let uniform = light_response(2.0 * up, up, Vec3::ZERO, Lobe::Sh1, 0.0);
+        assert!((uniform - 1.0 / 16.0 / (PI * PI)).abs() < 1e-7);
     }
 }

@@ -11,7 +11,7 @@ use gridlight::gpu::{Executor, Gpu};
 use gridlight::graph::BufferHandle;
 use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
-use gridlight::settings::{Build, Filter, Reservoir, Scatter, ShadowPoints, View};
+use gridlight::settings::{Build, Center, Filter, Reservoir, Scatter, ShadowPoints, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
 
 /// A compiled hierarchy for up to so many lights.
@@ -28,6 +28,8 @@ pub struct Options {
     pub top: u32,
     /// How levels above S1 are built.
     pub build: Build,
+    /// How lights count in positions.
+    pub center: Center,
     /// Interleave n.
     pub interleave: u32,
     /// First used level.
@@ -166,7 +168,7 @@ pub fn shape(options: Options) -> FrameShape {
         accumulate: false,
         samples: 1,
         lobe: gridlight::settings::Lobe::Mixture,
-        center: gridlight::settings::Center::Intensity,
+        center: options.center,
         view: View::Final,
         inspect: false,
     }

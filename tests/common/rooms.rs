@@ -1,7 +1,7 @@
 //! Rooms to render in.
 
 use glam::Vec3;
-use gridlight::scene::testing::{box_room, scene_from_quads};
+use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
 use gridlight::scene::{Camera, Light, Scene};
 
 /// A camera that looks from a place in a direction, upright, or with z upwards where it looks straight up or down.
@@ -36,4 +36,29 @@ pub fn add_quad(scene: &mut Scene, quad: [Vec3; 4]) {
     scene.indices.extend(part.indices.iter().map(|i| first + i));
     scene.triangle_materials.extend(part.triangle_materials);
     scene.draws[0].index_count = scene.indices.len() as u32;
+}
+
+/// A floor and a wall lit by the sun, a roof between them that shadows, and sky around.
+pub fn roofed_floor() -> Scene {
+    let quad = |origin: Vec3, u: Vec3, v: Vec3| [origin, origin + u, origin + u + v, origin + v];
+    let quads = [
+        quad(Vec3::new(-3.0, 0.0, 3.0), Vec3::X * 6.0, Vec3::NEG_Z * 6.0),
+        quad(Vec3::new(-3.0, 0.0, -3.0), Vec3::X * 6.0, Vec3::Y * 4.0),
+        quad(Vec3::new(-1.0, 1.0, 1.0), Vec3::X * 2.0, Vec3::NEG_Z * 2.0),
+    ];
+    let mut scene = scene_from_quads("roof", &quads, diffuse("wall", Vec3::splat(0.7)));
+    let direction_ws = Vec3::new(0.3, -1.0, -0.6).normalize();
+    scene.lights = vec![Light::Directional { direction_ws, irradiance: Vec3::splat(3.0) }];
+    scene
+}
+
+/// The roofed floor behind a fence of slats that are narrower than the pixels of a small picture.
+pub fn fenced_floor() -> Scene {
+    let mut scene = roofed_floor();
+    for slat in -5..=5_i8 {
+        let left = Vec3::new(0.45 * f32::from(slat), 0.0, 2.5);
+        let (right, up) = (0.1 * Vec3::X, 1.6 * Vec3::Y);
+        add_quad(&mut scene, [left, left + right, left + right + up, left + up]);
+    }
+    scene
 }

@@ -2,10 +2,18 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
+
+use crate::camera::View;
 use crate::gpu::Gpu;
 use crate::scene::Camera;
-use crate::settings::Settings;
+use crate::settings::{Exposure, Settings};
+use crate::shared::{FrameData, LEVEL_ROWS};
 use crate::uploaded_scene::UploadedScene;
+use crate::{Error, Result};
+
+/// Rays start this fraction of the scene radius off the surface.
+const RAY_OFFSET: f32 = 1e-5;
 
 /// What is rendered, from where, how, and on which device.
 #[derive(Clone, Copy)]
@@ -27,12 +35,46 @@ impl<'a> Job<'a> {
         Self { gpu, scene, camera, settings }
     }
 
-    /// The same with other settings.
+    /// The frame's constants, without those of a technique.
     #[must_use]
-    pub fn with<'b>(&self, settings: &'b Settings) -> Job<'b>
-    where
-        'a: 'b,
-    {
-        Job { settings, ..*self }
+    pub fn frame_data(&self) -> FrameData {
+        let Self { gpu, scene, camera, settings } = self;
+        let size = settings.picture.size;
+        let view = View::new(camera, size.width, size.height, Vec2::ZERO);
+        let radius = scene.bounds.radius();
+        // A rasteriser moves corners to the nearest of 2^bits positions per pixel; this is that step at distance 1.
+        let subpixels = (1_u32 << gpu.report().limits.subpixel_bits) as f32;
+        let snap = view.up_ws.length() * 2.0 / size.height as f32 / subpixels;
+        let exposure = match settings.picture.exposure {
+            Exposure::Auto => 0.0,
+            Exposure::Fixed(factor) => factor,
+        };
+        FrameData {
+            clip_from_world: view.clip_from_world.to_cols_array_2d(),
+            eye_near: view.eye_ws.extend(view.near).to_array(),
+            forward: view.forward_ws.extend(0.0).to_array(),
+            right: view.right_ws.extend(snap).to_array(),
+            up: view.up_ws.extend(0.0).to_array(),
+            scene_sphere: scene.bounds.center().extend(radius).to_array(),
+            size: [size.width, size.height, size.width, size.height],
+            sampling: [1, 0, 0, 0],
+            counts: [0; 4],
+            lights: [settings.tracing.seed, scene.light_count, scene.first_point_light, 0],
+            tuning: [0.0, 0.0, exposure, RAY_OFFSET * radius],
+            accumulation: [0, settings.tracing.seed, 0, 0],
+            levels: [[0; 4]; LEVEL_ROWS],
+        }
+    }
+
+    /// Checks that an image of this size fits the device.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when it does not.
+    pub fn check_image_size(&self, [width, height]: [u32; 2]) -> Result<()> {
+        let limit = self.gpu.report().limits.image_edge_px;
+        if width <= limit && height <= limit {
+            return Ok(());
+        }
+        Err(Error::Usage(format!("--size {width}x{height} is beyond this device's limit of {limit}x{limit}")))
     }
 }

@@ -5,6 +5,7 @@ pub mod camera;
 pub mod cli;
 pub mod compare;
 pub mod cpu;
+pub mod dump;
 pub mod error;
 pub mod files;
 pub mod frame;
@@ -22,6 +23,7 @@ pub mod scene;
 pub mod settings;
 pub mod shader;
 pub mod shared;
+pub mod techniques;
 pub mod uploaded_scene;
 pub mod views;
 

@@ -1,49 +1,31 @@
 //! The renderer: a scene on a device, and frames of it. Headless and windowed runs share it.
 
-mod capacity;
 mod live;
 mod shape;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec2;
 
 pub use self::live::{Showing, Told};
-use self::shape::measured_shape;
-pub use self::shape::{lighting_mode, reservoir_mode};
+use self::shape::checked_shapes;
 use crate::camera::View;
 use crate::error::Result;
 use crate::files::pictures::Picture;
-use crate::frame::readback::{self, Readback};
+use crate::frame::readback;
 use crate::frame::{self, FrameOutputs};
 use crate::gpu::{Executor, FrameResult, FrameTicket, OnStep, SteppedFrame, Written};
+use crate::graph::BufferHandle;
 pub use crate::job::Job;
-use crate::passes::{FrameShape, present};
+use crate::passes::present;
 use crate::random::{hash, r2_sequence};
 use crate::scene::Camera;
-use crate::settings::{Exposure, LightSet, Settings, Technique};
 use crate::shared::FrameData;
+use crate::techniques::{self, Shapes, Technique};
 pub use crate::uploaded_scene::{ReadyScene, UploadedScene};
 use crate::views;
 use crate::views::legend::{self, Canvas};
-
-/// Rays start this fraction of the scene radius off the surface.
-const RAY_OFFSET: f32 = 1e-5;
-
-impl UploadedScene {
-    /// Lights that the direct pass shades: all that are not in the hierarchy.
-    fn direct_lights(&self, settings: &Settings) -> u32 {
-        self.light_count - self.hierarchy_lights(settings)
-    }
-
-    /// Point lights of the scene that take part in the hierarchy.
-    fn hierarchy_lights(&self, settings: &Settings) -> u32 {
-        match (settings.render.technique, settings.many_lights.lights) {
-            (Technique::Direct | Technique::PathTrace, _) | (_, LightSet::Vpl) => 0,
-            (_, LightSet::Scene | LightSet::Both) => self.light_count - self.first_point_light,
-        }
-    }
-}
 
 /// What a frame of a mean does not share with the frames before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,10 +43,10 @@ pub struct Renderer {
     camera: Camera,
     seed: u32,
     data: FrameData,
-    shape: FrameShape,
-    technique: Technique,
-    /// What the frame has behind the picture for a window.
-    shown: Option<(Showing, Readback)>,
+    shapes: Shapes,
+    /// What the frame has behind the picture for a window, and where in its readback each buffer of
+    /// [`live::told_buffers`] is.
+    shown: Option<(Showing, Vec<Range<usize>>)>,
 }
 
 impl Renderer {
@@ -73,48 +55,46 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] when the settings do not fit the device; device errors.
     pub fn new(job: &Job<'_>) -> Result<Self> {
-        Self::with_shape(job, measured_shape(job)?)
+        Self::with_technique(techniques::of(job.settings)?, job)
     }
 
-    /// Compiles a frame of a known shape, such as that of another renderer with fragments counted.
+    /// The same with a technique that need not be one of [`techniques::TECHNIQUES`].
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn with_technique(technique: &dyn Technique, job: &Job<'_>) -> Result<Self> {
+        Self::with_shapes(job, checked_shapes(technique, job, None)?)
+    }
+
+    /// Compiles a frame of known shapes, such as those of another renderer with more counted.
     ///
     /// # Errors
     /// Device errors.
-    pub fn with_shape(job: &Job<'_>, shape: FrameShape) -> Result<Self> {
-        Self::compile(job, shape, None)
+    pub fn with_shapes(job: &Job<'_>, shapes: Shapes) -> Result<Self> {
+        Self::compile(job, shapes, None)
     }
 
-    fn compile(job: &Job<'_>, shape: FrameShape, showing: Option<Showing>) -> Result<Self> {
-        let technique = job.settings.render.technique;
-        let (mut graph, outputs) = frame::build(technique, shape.clone());
+    fn compile(job: &Job<'_>, shapes: Shapes, showing: Option<Showing>) -> Result<Self> {
+        let (mut graph, outputs) = frame::build(&shapes);
         let shown = showing.map(|showing| {
-            let told = readback::add(&mut graph, &outputs);
+            let told = readback::add(&mut graph, &live::told_buffers(&outputs));
             present::add(&mut graph, outputs.tone_mapped.picture, showing.format, showing.part);
             (showing, told)
         });
         let mut executor = Executor::new(job.gpu, graph, Some(Arc::clone(&job.scene.set)))?;
         executor.set_max_submit_ms(f64::from(job.settings.device.max_submit_ms));
-        let data = frame_data(job, &shape);
-        Ok(Self {
-            executor,
-            outputs,
-            camera: job.camera.clone(),
-            seed: job.settings.tracing.seed,
-            data,
-            shape,
-            technique,
-            shown,
-        })
+        let data = frame_data(job, &shapes);
+        Ok(Self { executor, outputs, camera: job.camera.clone(), seed: job.settings.tracing.seed, data, shapes, shown })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
     /// not share with the others. Frame 0 starts a new mean; where nothing accumulates, each frame stands alone.
     pub fn set_accumulated_frame(&mut self, number: u32, fresh: Fresh) {
         let everything = fresh == Fresh::All;
-        let jittered = self.shape.accumulate && everything;
+        let jittered = self.shapes.frame.accumulate && everything;
         let jitter_px = if jittered { sampling_point(self.seed, number) } else { Vec2::ZERO };
         let frame_seed = if number == 0 { self.seed } else { hash(self.seed ^ hash(number)) };
-        let view = View::new(&self.camera, self.shape.width_px, self.shape.height_px, jitter_px);
+        let view = View::new(&self.camera, self.shapes.frame.width_px, self.shapes.frame.height_px, jitter_px);
         self.data.clip_from_world = view.clip_from_world.to_cols_array_2d();
         self.data.forward[3] = jitter_px.x;
         self.data.up[3] = jitter_px.y;
@@ -180,8 +160,17 @@ impl Renderer {
 
     /// Sizes, capacities and modes in use.
     #[must_use]
-    pub fn shape(&self) -> &FrameShape {
-        &self.shape
+    pub fn shapes(&self) -> &Shapes {
+        &self.shapes
+    }
+
+    /// Words of the technique's counters after the last frame.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn read_counters(&self) -> Result<Vec<Vec<u32>>> {
+        let read = |buffer: &BufferHandle| Ok(bytemuck::pod_collect_to_vec(&self.executor.read_buffer(*buffer)?));
+        self.outputs.technique.counters.iter().map(read).collect()
     }
 
     /// The picture of the last frame in both forms, with a note that goes into its file.
@@ -190,8 +179,8 @@ impl Renderer {
     /// When the device is lost.
     pub fn read_picture(&self, note: String) -> Result<Picture> {
         Ok(Picture {
-            width_px: self.shape.width_px,
-            height_px: self.shape.height_px,
+            width_px: self.shapes.frame.width_px,
+            height_px: self.shapes.frame.height_px,
             radiance: self.read_radiance()?,
             srgb: self.read_srgb()?,
             note,
@@ -217,8 +206,8 @@ impl Renderer {
         let mut rgb: Vec<u8> = bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect();
         let ends: Vec<f32> =
             bytemuck::pod_collect_to_vec(&self.executor.read_buffer(self.outputs.tone_mapped.exposure)?);
-        let shape = &self.shape;
-        if let Some((title, scale)) = views::legend_of(shape.view, shape.levels, shape.first_level, ends[0]) {
+        let shape = &self.shapes.frame;
+        if let Some((title, scale)) = views::legend_of(shape.view, self.shapes.technique.level_range(), ends[0]) {
             let mut canvas = Canvas { rgb: &mut rgb, width_px: shape.width_px, height_px: shape.height_px };
             legend::draw(&mut canvas, title, &scale);
         }
@@ -232,36 +221,8 @@ fn sampling_point(seed: u32, number: u32) -> Vec2 {
 }
 
 /// The frame's constants.
-fn frame_data(job: &Job<'_>, shape: &FrameShape) -> FrameData {
-    let Job { gpu, scene, camera, settings } = job;
-    let view = View::new(camera, shape.width_px, shape.height_px, Vec2::ZERO);
-    let radius = scene.bounds.radius();
-    // A rasteriser moves corners to the nearest of 2^bits positions per pixel; this is that step at distance 1.
-    let snap = view.up_ws.length() * 2.0 / shape.height_px as f32 / (1_u32 << gpu.report().limits.subpixel_bits) as f32;
-    let [sub_width, sub_height] = shape.sub_image_px();
-    let direct_lights = scene.direct_lights(settings);
-    let exposure = match settings.picture.exposure {
-        Exposure::Auto => 0.0,
-        Exposure::Fixed(factor) => factor,
-    };
-    FrameData {
-        clip_from_world: view.clip_from_world.to_cols_array_2d(),
-        eye_near: view.eye_ws.extend(view.near).to_array(),
-        forward: view.forward_ws.extend(0.0).to_array(),
-        right: view.right_ws.extend(snap).to_array(),
-        up: view.up_ws.extend(0.0).to_array(),
-        scene_sphere: scene.bounds.center().extend(radius).to_array(),
-        size: [shape.width_px, shape.height_px, sub_width, sub_height],
-        sampling: [
-            shape.interleave,
-            shape.shadow_samples,
-            settings.lgh.shadow_from.min(shape.levels.top),
-            shape.first_level,
-        ],
-        counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
-        lights: [settings.tracing.seed, direct_lights, scene.first_point_light, shape.scene_light_count],
-        tuning: [settings.lgh.alpha, (settings.many_lights.clamp * radius).powi(2), exposure, RAY_OFFSET * radius],
-        accumulation: [0, settings.tracing.seed, 0, 0],
-        levels: shape.levels.table(),
-    }
+fn frame_data(job: &Job<'_>, shapes: &Shapes) -> FrameData {
+    let mut data = job.frame_data();
+    shapes.technique.write_constants(job, &mut data);
+    data
 }

@@ -8,7 +8,6 @@ use common::rooms::lamp_room;
 use common::written::Written;
 use glam::{Mat4, Vec3};
 use gridlight::cpu::lights::luminance;
-use gridlight::passes::FrameShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::settings::{LightSet, Settings, ShadowPoints, Size, Switch, Technique, View};
 use gridlight::shared::{
@@ -45,9 +44,9 @@ impl Inspector {
         let scene = lamp_room(ALBEDO);
         let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
         let camera = &scene.cameras[0];
-        let shape = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap().shape().clone();
-        let shape = FrameShape { inspect: true, ..shape };
-        let renderer = Renderer::with_shape(&Job::new(&test.gpu, &uploaded, camera, settings), shape).unwrap();
+        let mut shapes = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap().shapes().clone();
+        shapes.frame.inspect = true;
+        let renderer = Renderer::with_shapes(&Job::new(&test.gpu, &uploaded, camera, settings), shapes).unwrap();
         Self { renderer, _test: test }
     }
 
@@ -67,7 +66,7 @@ impl Inspector {
 
     fn look<'a>(&mut self, written: &'a Written, at: [u32; 2]) -> Looked<'a> {
         let pixel = self.pixel(at);
-        let (data, sample_count) = (*self.renderer.frame_data(), self.renderer.shape().shadow_samples);
+        let (data, sample_count) = (*self.renderer.frame_data(), self.renderer.frame_data().sampling[1]);
         Looked { pixel, written, data, sample_count }
     }
 }

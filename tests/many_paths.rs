@@ -4,9 +4,11 @@ mod common;
 
 use common::rooms::lamp_room;
 use glam::Vec3;
+use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::settings::{Levels, Settings, Size};
 use gridlight::shared::DISPATCH_WIDTH;
+use gridlight::techniques::lgh::HierarchyOutputs;
 
 /// In a closed room every path leaves a light at its only hit, so that a path that is not traced is missed.
 #[test]
@@ -28,9 +30,10 @@ fn every_path_beyond_a_row_of_workgroups_is_traced() {
     let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
-    let lights = renderer.outputs().hierarchy.unwrap().lights;
+    let lights = renderer.outputs().technique.of::<HierarchyOutputs>().unwrap().lights;
+    let path_count = renderer.shapes().of::<LghShape>().unwrap().lights.path_count;
     let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(lights.counts).unwrap());
-    assert!(renderer.shape().path_count > DISPATCH_WIDTH * 64, "too few paths for this test");
-    assert_eq!(counts[1], renderer.shape().path_count);
+    assert!(path_count > DISPATCH_WIDTH * 64, "too few paths for this test");
+    assert_eq!(counts[1], path_count);
     assert_eq!(counts[2], 0, "lights that did not fit");
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use clap::ValueEnum;
 use glam::Vec3;
 use gridlight::gpu::{Gpu, Work};
-use gridlight::passes::FrameShape;
+use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
@@ -162,8 +162,12 @@ fn render(
     let mut renderer = Renderer::new(&Job::new(gpu, scene, camera, settings)).unwrap();
     let (count_overdraw, inspect) = (settings.lgh.first_level == 0, settings.many_lights.shadow_samples != 1);
     if count_overdraw || inspect {
-        let shape = FrameShape { count_overdraw, inspect, ..renderer.shape().clone() };
-        renderer = Renderer::with_shape(&Job::new(gpu, scene, camera, settings), shape).unwrap();
+        let mut shapes = renderer.shapes().clone();
+        shapes.frame.inspect = inspect;
+        if let Some(lgh) = shapes.of_mut::<LghShape>() {
+            lgh.count_overdraw = count_overdraw;
+        }
+        renderer = Renderer::with_shapes(&Job::new(gpu, scene, camera, settings), shapes).unwrap();
     }
     for _ in 0..2 {
         let ticket = renderer.submit().unwrap();
@@ -226,6 +230,10 @@ fn every_module_runs_in_some_mode() {
     assert!(unused.is_empty(), "no mode of the frame uses {unused:?}");
 }
 
+fn lgh_shape(renderer: &Renderer) -> &LghShape {
+    renderer.shapes().of().unwrap()
+}
+
 #[test]
 fn the_fallbacks_of_the_baseline_run() {
     let test = common::baseline_gpu();
@@ -235,11 +243,11 @@ fn the_fallbacks_of_the_baseline_run() {
     let scene = room();
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     let gathered = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &small())).unwrap();
-    assert_eq!(gathered.shape().reservoir, Reservoir::Exact);
+    assert_eq!(lgh_shape(&gathered).reservoir, Reservoir::Exact);
     let volumes = small().changed(|s| s.lgh.lighting = Some(LightingMode::Volumes));
     let defaults = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &volumes)).unwrap();
-    assert_eq!(defaults.shape().reservoir, Reservoir::Lock);
-    assert_eq!(defaults.shape().lighting_format, ash::vk::Format::R16G16B16A16_SFLOAT);
+    assert_eq!(lgh_shape(&defaults).reservoir, Reservoir::Lock);
+    assert_eq!(lgh_shape(&defaults).lighting_format, ash::vk::Format::R16G16B16A16_SFLOAT);
     let exact = volumes.changed(|s| s.lgh.reservoir = Some(Reservoir::Exact));
     let error = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &exact)).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");

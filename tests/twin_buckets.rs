@@ -5,7 +5,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::compare::{Verdict, exact};
-use common::hierarchy::{Options, frame_data, shape};
+use common::hierarchy::{Options, frame_data, frame_shape, shape};
 use common::light_sets::{degenerate, shaped, uniform};
 use common::written::Written;
 use glam::Vec3;
@@ -50,12 +50,13 @@ fn list(test: &common::GpuTest, lights: &LightList, top: u32) -> Lists {
         light_capacity: count + SPARE,
         grid_capacity: None,
     };
-    let mut frame = Frame::new(shape(options));
-    let s0 = compaction::declare_lights(&mut frame);
-    let placement = bounds::add(&mut frame, &s0);
-    let buckets = light_buckets::add(&mut frame, &s0, placement);
-    light_buckets::sort(&mut frame, &buckets);
-    let data = frame_data(&frame.shape, 5.0);
+    let shape = shape(options);
+    let mut frame = Frame::new(frame_shape());
+    let s0 = compaction::declare_lights(&mut frame, &shape.lights);
+    let placement = bounds::add(&mut frame, &s0, &shape.lights);
+    let buckets = light_buckets::add(&mut frame, &shape, &s0, placement);
+    light_buckets::sort(&mut frame, &shape, &buckets);
+    let data = frame_data(&shape, 5.0);
     let executor = Executor::new(&test.gpu, frame.graph, None).unwrap();
     executor.write_buffer(s0.positions, bytemuck::cast_slice(&lights.positions)).unwrap();
     executor.write_buffer(s0.fluxes, bytemuck::cast_slice(&lights.fluxes)).unwrap();

@@ -8,11 +8,13 @@ use common::rooms::lamp_room;
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response, lobe_of_level};
+use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Center, LightingMode, Lobe, Settings, Size, Switch};
 use gridlight::shared::{GridLight, GridPlacement};
+use gridlight::techniques::lgh::HierarchyOutputs;
 
 const ALBEDO: f32 = 0.5;
 
@@ -41,10 +43,10 @@ fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Gri
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
     let radiance = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
-    let hierarchy = renderer.outputs().hierarchy.unwrap();
+    let hierarchy = renderer.outputs().technique.of::<HierarchyOutputs>().unwrap();
     let read = |buffer| renderer.executor().read_buffer(buffer).unwrap();
     let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.tiles));
-    let levels = renderer.shape().levels;
+    let levels = renderer.shapes().of::<LghShape>().unwrap().levels;
     let mut lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
     lights.truncate(tiles[levels.top as usize + 1] as usize);
     let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));

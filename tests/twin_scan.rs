@@ -3,18 +3,19 @@
 mod common;
 
 use common::compare;
-use common::hierarchy::{Options, frame_data, shape};
+use common::hierarchy::{Options, frame_data, frame_shape, shape};
 use common::light_sets::Random;
 use gridlight::cpu::exclusive_scan::exclusive_scan;
 use gridlight::gpu::Executor;
+use gridlight::passes::Frame;
 use gridlight::passes::exclusive_scan::{self as pass, ScanRange};
-use gridlight::passes::{Frame, FrameShape};
+use gridlight::passes::lgh_shape::LghShape;
 use gridlight::settings::{Build, Center};
 
 /// Words before the scanned range, which must stay as they are.
 const BEFORE: usize = 5;
 
-fn any_shape() -> FrameShape {
+fn any_shape() -> LghShape {
     shape(Options {
         top: 2,
         build: Build::Gather,
@@ -28,14 +29,14 @@ fn any_shape() -> FrameShape {
 
 /// Ranks of `bits` on the GPU, or sums where they are `values`.
 fn scan_as(test: &common::GpuTest, bits: &[u32], values: bool) -> Vec<u32> {
-    let mut frame = Frame::new(any_shape());
+    let mut frame = Frame::new(frame_shape());
     let bytes = 4 * (BEFORE + bits.len() + 1) as u64;
     let input = frame.graph.persistent_buffer("bits", bytes);
     let ranks = frame.graph.persistent_buffer("ranks", bytes);
     let (first_word, word_count) = (BEFORE as u32, bits.len() as u32);
     let range = ScanRange { bits: input, ranks, first_word, word_count, keep_ranks: true, values };
     pass::add(&mut frame, "alone", range);
-    let data = frame_data(&frame.shape, 1.0);
+    let data = frame_data(&any_shape(), 1.0);
     let mut executor = Executor::new(&test.gpu, frame.graph, None).unwrap();
     let padded: Vec<u32> = [u32::MAX; BEFORE].iter().chain(bits).chain(&[u32::MAX]).copied().collect();
     executor.write_buffer(input, bytemuck::cast_slice(&padded)).unwrap();

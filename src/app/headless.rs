@@ -47,6 +47,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         _ => None,
     };
     let rays = RayRates::of(&times, counts::rays(&renderer)?);
+    counts::warn_of_losses(&renderer)?;
     let printed = (!quiet).then(|| table(&times, &rays));
     let picture = match outputs.picture {
         None => None,
@@ -139,5 +140,5 @@ fn report(
 
 /// The settings with what `None` stood for.
 fn settings_as_used(settings: &Settings, renderer: &Renderer) -> Settings {
-    settings.clone().changed(|s| s.lgh.reservoir = Some(renderer.shape().reservoir))
+    settings.clone().changed(|s| renderer.shapes().technique.note_choices(s))
 }

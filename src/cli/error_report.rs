@@ -8,7 +8,7 @@ use crate::settings::{
     DeviceSettings, LghSettings, LightSet, ManyLightSettings, PictureSettings, SceneSettings, Scope, Settings, Size,
     TracingSettings,
 };
-use crate::{Error, Result};
+use crate::{Error, Result, techniques};
 
 pub(super) const HELP: &str = "Every stage is a picture with one approximation against a picture without it, of \
     indirect light alone; the last is the whole method against path tracing. Options are those of rendering, except \
@@ -97,6 +97,7 @@ impl ErrorReportArgs {
         self.lgh.apply(&mut settings.lgh)?;
         self.device.apply(&mut settings.device)?;
         settings.validate()?;
+        techniques::check(&settings)?;
         check_stages(&settings)?;
         check_that_input_stays(file.as_deref(), options.folder.as_deref())?;
         Ok(Command::ErrorReport { settings, options, verbosity })

@@ -15,7 +15,7 @@ use crate::settings::{
     DeviceSettings, LghSettings, ManyLightSettings, OutputSettings, PathTraceSettings, PictureSettings, RenderSettings,
     RunSettings, SceneSettings, Settings, TracingSettings, WindowSettings,
 };
-use crate::{Error, Result};
+use crate::{Error, Result, techniques};
 use commands::Subcommand;
 pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs};
 pub use error_report::{ErrorReportOptions, REPORT_FILES};
@@ -188,6 +188,7 @@ impl Args {
             return Err(Error::Usage("timings would overwrite the settings file: give another name".to_owned()));
         }
         settings.validate()?;
+        techniques::check(&settings)?;
         Ok(settings)
     }
 }

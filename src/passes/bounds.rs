@@ -1,6 +1,7 @@
 //! `bounds`: the lights' bounding box and largest flux, and from them the placement of the grids.
 
 use super::compaction::Lights;
+use super::light_shape::LightShape;
 use super::{Frame, shader, threads};
 use crate::gpu::Dispatch;
 use crate::graph::{Access, BufferHandle};
@@ -10,11 +11,11 @@ use crate::shared::{GridPlacement, WORKGROUP_SIZE};
 const MAX_THREADS: u32 = 64 * WORKGROUP_SIZE;
 
 /// Adds the passes; gives the buffer with the [`GridPlacement`].
-pub fn add(frame: &mut Frame, lights: &Lights) -> BufferHandle {
+pub fn add(frame: &mut Frame, lights: &Lights, shape: &LightShape) -> BufferHandle {
     let bounds = frame.graph.persistent_buffer("bounds", 32);
     let placement = frame.graph.persistent_buffer("grid_placement", size_of::<GridPlacement>() as u64);
     frame.clear("bounds/clear", &[(bounds, 0)]);
-    let reduce = shader("bounds/reduce_bounds", threads(frame.shape.light_capacity().min(MAX_THREADS)));
+    let reduce = shader("bounds/reduce_bounds", threads(shape.light_capacity().min(MAX_THREADS)));
     let pass = frame
         .compute("bounds/reduce_bounds", reduce)
         .bind("light_positions", lights.positions, Access::ComputeRead)

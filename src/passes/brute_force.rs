@@ -2,6 +2,7 @@
 
 use super::compaction::Lights;
 use super::gbuffer::GBuffer;
+use super::light_shape::LightShape;
 use super::{Frame, reference};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
@@ -12,11 +13,11 @@ const SHADOWED_LIGHTS_PER_ROUND: u32 = 4;
 const LIGHTS_PER_ROUND: u32 = 256;
 
 /// Adds the passes; gives the indirect radiance per unit albedo.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights) -> ImageHandle {
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights, shape: &LightShape) -> ImageHandle {
     let sum = reference::sum_image(frame);
-    let has_shadows = frame.shape.shadow_samples > 0;
+    let has_shadows = shape.shadow_samples > 0;
     let lights_per_round = if has_shadows { SHADOWED_LIGHTS_PER_ROUND } else { LIGHTS_PER_ROUND };
-    let rounds = frame.shape.light_capacity().div_ceil(lights_per_round);
+    let rounds = shape.light_capacity().div_ceil(lights_per_round);
     let work = reference::work(frame, "brute_force/shade_all", rounds, vec![lights_per_round]);
     let pass = frame
         .compute("brute_force", ComputeWork { constants: vec![("HAS_SHADOWS", u32::from(has_shadows))], ..work })

@@ -2,7 +2,9 @@
 //! lights. Counts stay on the GPU.
 
 use super::exclusive_scan::{self, ScanRange};
+use super::lgh_shape::LghShape;
 use super::light_buckets::LightBuckets;
+use super::light_shape::LightShape;
 use super::vpl_trace::VplSlots;
 use super::{Frame, shader, threads};
 use crate::gpu::{ComputeWork, Dispatch};
@@ -38,8 +40,8 @@ pub struct GridLights {
 }
 
 /// Declares the buffers of the lights S0.
-pub fn declare_lights(frame: &mut Frame) -> Lights {
-    let capacity = u64::from(frame.shape.light_capacity());
+pub fn declare_lights(frame: &mut Frame, shape: &LightShape) -> Lights {
+    let capacity = u64::from(shape.light_capacity());
     Lights {
         positions: frame.graph.persistent_buffer("light_positions", 16 * capacity),
         fluxes: frame.graph.persistent_buffer("light_fluxes", 16 * capacity),
@@ -48,17 +50,17 @@ pub fn declare_lights(frame: &mut Frame) -> Lights {
 }
 
 /// Adds the passes that pack the VPLs of all paths, followed by the scene's lights.
-pub fn pack_lights(frame: &mut Frame, slots: &VplSlots) -> Lights {
+pub fn pack_lights(frame: &mut Frame, shape: &LightShape, slots: &VplSlots) -> Lights {
     let words = slots.count.div_ceil(32);
     let ranks = frame.graph.transient_buffer("vpl_slot_ranks", 4 * u64::from(words + 1));
     let range =
         ScanRange { bits: slots.bits, ranks, first_word: 0, word_count: words, keep_ranks: false, values: false };
     exclusive_scan::add(frame, "vpls", range);
-    let lights = declare_lights(frame);
+    let lights = declare_lights(frame, shape);
     let work = ComputeWork {
         push: vec![slots.count],
         uses_scene: true,
-        ..shader("compaction/compact_vpls", threads(slots.count + frame.shape.scene_light_count))
+        ..shader("compaction/compact_vpls", threads(slots.count + shape.scene_light_count))
     };
     let pass = frame
         .compute("compaction/compact_vpls", work)
@@ -74,12 +76,12 @@ pub fn pack_lights(frame: &mut Frame, slots: &VplSlots) -> Lights {
 }
 
 /// Declares the grid lights and clears their occupancy.
-pub fn begin_grid(frame: &mut Frame) -> GridLights {
-    let words = u64::from(frame.shape.levels.total_words());
+pub fn begin_grid(frame: &mut Frame, shape: &LghShape) -> GridLights {
+    let words = u64::from(shape.levels.total_words());
     let grid = GridLights {
         lights: frame
             .graph
-            .persistent_buffer("grid_lights", size_of::<GridLight>() as u64 * u64::from(frame.shape.grid_capacity)),
+            .persistent_buffer("grid_lights", size_of::<GridLight>() as u64 * u64::from(shape.grid_capacity)),
         occupancy: frame.graph.persistent_buffer("occupancy", 4 * (words + 1)),
         ranks: frame.graph.persistent_buffer("occupancy_ranks", 4 * (words + 1)),
         level_table: frame.graph.persistent_buffer("level_table", 4 * u64::from(2 * (MAX_LEVEL + 2) + 1)),
@@ -93,6 +95,7 @@ pub fn begin_grid(frame: &mut Frame) -> GridLights {
 /// Adds the pass that marks levels `first..=last` from the lights S0.
 pub fn mark_lights(
     frame: &mut Frame,
+    shape: &LghShape,
     lights: &Lights,
     placement: BufferHandle,
     grid: &GridLights,
@@ -101,7 +104,7 @@ pub fn mark_lights(
 ) {
     let work = ComputeWork {
         push: vec![first, last],
-        ..shader("compaction/mark_lights", threads(frame.shape.light_capacity()))
+        ..shader("compaction/mark_lights", threads(shape.lights.light_capacity()))
     };
     let pass = frame
         .compute("compaction/mark_lights", work)
@@ -123,15 +126,15 @@ pub fn mark_grid_lights(frame: &mut Frame, grid: &GridLights) {
 }
 
 /// Adds the passes that rank, count and list the marked vertices of levels `first..=last`.
-pub fn compact_levels(frame: &mut Frame, what: &str, grid: &GridLights, first: u32, last: u32) {
-    let levels = frame.shape.levels;
+pub fn compact_levels(frame: &mut Frame, shape: &LghShape, what: &str, grid: &GridLights, first: u32, last: u32) {
+    let levels = shape.levels;
     let (first_word, end_word) = (levels.first_word(first), levels.end_word(last));
     let word_count = end_word - first_word;
     let range =
         ScanRange { bits: grid.occupancy, ranks: grid.ranks, first_word, word_count, keep_ranks: true, values: false };
     exclusive_scan::add(frame, what, range);
     let count = ComputeWork {
-        push: vec![first, last, frame.shape.grid_capacity],
+        push: vec![first, last, shape.grid_capacity],
         ..shader("compaction/count_lights", Dispatch::Groups([1, 1, 1]))
     };
     let pass = frame

@@ -5,6 +5,8 @@ use ash::vk;
 
 use super::compaction::Lights;
 use super::gbuffer::GBuffer;
+use super::lgh_shape::LghShape;
+use super::light_shape::LightShape;
 use super::merge::MergedLights;
 use super::tone_map::{self, ToneMapped};
 use super::{Frame, shader};
@@ -90,9 +92,14 @@ pub fn show_overdraw(frame: &mut Frame, overdraw: BufferHandle) -> ImageHandle {
 }
 
 /// Adds the pass for the levels of the lights in each pixel's reservoirs.
-pub fn show_chosen_levels(frame: &mut Frame, merged: &MergedLights, reservoirs: BufferHandle) -> ImageHandle {
+pub fn show_chosen_levels(
+    frame: &mut Frame,
+    shape: &LghShape,
+    merged: &MergedLights,
+    reservoirs: BufferHandle,
+) -> ImageHandle {
     let values = values_image(frame);
-    let constants = vec![("EXACT", u32::from(frame.shape.reservoir == Reservoir::Exact))];
+    let constants = vec![("EXACT", u32::from(shape.reservoir == Reservoir::Exact))];
     let work = ComputeWork { constants, ..shader("debug_view/show_chosen_levels", frame.per_pixel()) };
     let pass = frame
         .compute("debug_view", work)
@@ -116,6 +123,7 @@ pub struct LightSums {
 /// than for the number of lights. The picture is done in bands of rows, so that no dispatch takes long.
 pub fn sum_lights(
     frame: &mut Frame,
+    shape: &LghShape,
     gbuffer: &GBuffer,
     placement: BufferHandle,
     merged: &MergedLights,
@@ -123,10 +131,9 @@ pub fn sum_lights(
 ) -> LightSums {
     let values = values_image(frame);
     let mix = frame.image("level_mix", vk::Format::R32G32B32A32_SFLOAT);
-    let [width_px, height_px] = frame.shape.sub_image_px();
-    let tiles = frame.shape.interleave.pow(2);
-    let lights =
-        frame.shape.grid_capacity + if frame.shape.first_level == 0 { frame.shape.light_capacity() } else { 0 };
+    let [width_px, height_px] = shape.sub_image_px();
+    let tiles = shape.interleave.pow(2);
+    let lights = shape.grid_capacity + if shape.first_level == 0 { shape.lights.light_capacity() } else { 0 };
     let [columns, rows] = [width_px, height_px].map(|edge| edge.div_ceil(TILE_SIZE));
     // The lights are dealt to the sub-images, so that a row of workgroups in all of them visits each light once each column.
     let visits_per_row = u64::from(columns) * u64::from(lights);
@@ -136,7 +143,7 @@ pub fn sum_lights(
         let mut push = vec![first_row * TILE_SIZE];
         push.extend(LEVEL_COLORS.iter().chain(&[NO_VALUE]));
         let work = ComputeWork {
-            constants: vec![("SHARES", u32::from(shares)), ("LOBE", frame.shape.lobe.code())],
+            constants: vec![("SHARES", u32::from(shares)), ("LOBE", shape.lobe.code())],
             push,
             ..shader("debug_view/sum_lights", Dispatch::Groups([columns, band_rows, tiles]))
         };
@@ -158,7 +165,7 @@ pub fn sum_lights(
 
 /// Adds the pass that draws the lights S0 as discs: flux in rgb and 1 in alpha, 0 where there is no disc. Lights behind
 /// the surfaces of the G-buffer are hidden.
-pub fn draw_points(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights) -> ImageHandle {
+pub fn draw_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffer, lights: &Lights) -> ImageHandle {
     let values = values_image(frame);
     let [width, height] = [frame.shape.width_px, frame.shape.height_px];
     let radius_px = 0.5 * (POINT_PX * width as f32 / 640.0).max(2.0);
@@ -175,7 +182,7 @@ pub fn draw_points(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights) -> Ima
             scene_vertices: false,
         },
         viewport: Viewport::whole(width, height),
-        call: DrawCall::Direct { vertex_count: 6, instance_count: frame.shape.light_capacity() },
+        call: DrawCall::Direct { vertex_count: 6, instance_count: shape.light_capacity() },
     };
     let work = RasterWork {
         colors: vec![ColorTarget { image: values, clear: Some([0; 4]) }],

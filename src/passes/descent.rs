@@ -7,6 +7,7 @@
 //! probability proportional to luminance, keeps the distribution and stays on the surfaces.
 
 use super::compaction::{GridLights, Lights};
+use super::lgh_shape::LghShape;
 use super::{Frame, shader, threads};
 use crate::gpu::{ComputeWork, Dispatch};
 use crate::graph::{Access, BufferHandle};
@@ -29,15 +30,21 @@ pub struct Descent {
 }
 
 /// Adds the passes.
-pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights) -> Descent {
-    let tables = build_tables(frame, grid);
-    let index_bits = frame.shape.light_capacity().next_power_of_two().trailing_zeros().max(1);
-    let size = 4 * REPRESENTATIVES * u64::from(frame.shape.grid_capacity);
+pub fn add(
+    frame: &mut Frame,
+    shape: &LghShape,
+    lights: &Lights,
+    placement: BufferHandle,
+    grid: &GridLights,
+) -> Descent {
+    let tables = build_tables(frame, shape, grid);
+    let index_bits = shape.lights.light_capacity().next_power_of_two().trailing_zeros().max(1);
+    let size = 4 * REPRESENTATIVES * u64::from(shape.grid_capacity);
     let representatives = frame.graph.persistent_buffer("representatives", size);
     frame.clear("descent/clear", &[(representatives, u32::MAX)]);
     let work = ComputeWork {
         push: vec![index_bits],
-        ..shader("descent/draw_representatives", threads(frame.shape.light_capacity()))
+        ..shader("descent/draw_representatives", threads(shape.lights.light_capacity()))
     };
     let pass = frame
         .compute("descent/draw_representatives", work)
@@ -52,9 +59,8 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
     Descent { tables, representatives, index_bits }
 }
 
-fn build_tables(frame: &mut Frame, grid: &GridLights) -> BufferHandle {
-    let tables =
-        frame.graph.persistent_buffer("descent_tables", TABLE_BYTES * u64::from(frame.shape.upper_capacity.max(1)));
+fn build_tables(frame: &mut Frame, shape: &LghShape, grid: &GridLights) -> BufferHandle {
+    let tables = frame.graph.persistent_buffer("descent_tables", TABLE_BYTES * u64::from(shape.upper_capacity.max(1)));
     let dispatch = Dispatch::Indirect { buffer: grid.dispatches, offset_bytes: 0 };
     let pass = frame
         .compute("descent/build_tables", shader("descent/build_tables", dispatch))

@@ -2,19 +2,20 @@
 //! those of the level below: the same sums with a fraction of the work, but one level after the other.
 
 use super::compaction::{GridLights, over_level, per_light};
+use super::lgh_shape::LghShape;
 use super::{Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
 use crate::settings::{Build, Center};
 
 /// Adds one pass per level.
-pub fn add(frame: &mut Frame, placement: BufferHandle, grid: &GridLights) {
-    for level in 2..=frame.shape.levels.top {
-        let (name, dispatch) = match frame.shape.build {
+pub fn add(frame: &mut Frame, shape: &LghShape, placement: BufferHandle, grid: &GridLights) {
+    for level in 2..=shape.levels.top {
+        let (name, dispatch) = match shape.build {
             Build::Cascade => ("grid_gather/gather_below", over_level(grid, level)),
             Build::Gather | Build::Scatter => ("grid_gather/gather_vertex", per_light(grid, level)),
         };
-        let constants = vec![("UNIFORM_CENTER", u32::from(frame.shape.center == Center::Uniform))];
+        let constants = vec![("UNIFORM_CENTER", u32::from(shape.center == Center::Uniform))];
         let work = ComputeWork { push: vec![level], constants, ..shader(name, dispatch) };
         let pass = frame
             .compute(&format!("grid_gather/S{level}"), work)

@@ -2,6 +2,7 @@
 //! `--build scatter` every level, the slow variant of Table 1.
 
 use super::compaction::{GridLights, Lights, over_level};
+use super::lgh_shape::LghShape;
 use super::light_buckets::LightBuckets;
 use super::{Frame, shader, threads};
 use crate::gpu::ComputeWork;
@@ -10,14 +11,21 @@ use crate::settings::Center;
 use crate::shared::MOMENT_WORDS;
 
 /// Adds the passes for levels `1..=last`, with atomic additions.
-pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights, last: u32) {
-    let moments = declare_moments(frame);
+pub fn add(
+    frame: &mut Frame,
+    shape: &LghShape,
+    lights: &Lights,
+    placement: BufferHandle,
+    grid: &GridLights,
+    last: u32,
+) {
+    let moments = declare_moments(frame, shape);
     frame.clear("grid_scatter/clear", &[(moments, 0)]);
     for level in 1..=last {
         let work = ComputeWork {
             push: vec![level],
-            constants: vec![("UNIFORM_CENTER", uniform_center(frame))],
-            ..shader("grid_scatter/scatter_lights", threads(frame.shape.light_capacity()))
+            constants: vec![("UNIFORM_CENTER", uniform_center(shape))],
+            ..shader("grid_scatter/scatter_lights", threads(shape.lights.light_capacity()))
         };
         let pass = frame
             .compute(&format!("grid_scatter/S{level}"), work)
@@ -31,21 +39,22 @@ pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &G
         frame.graph.add_pass(pass);
     }
     for level in 1..=last {
-        resolve(frame, placement, grid, moments, level);
+        resolve(frame, shape, placement, grid, moments, level);
     }
 }
 
 /// Adds the passes for S1, without atomic additions: each vertex sums the lights of its cells.
 pub fn add_sorted(
     frame: &mut Frame,
+    shape: &LghShape,
     lights: &Lights,
     placement: BufferHandle,
     grid: &GridLights,
     buckets: &LightBuckets,
 ) {
-    let moments = declare_moments(frame);
+    let moments = declare_moments(frame, shape);
     let work = ComputeWork {
-        constants: vec![("UNIFORM_CENTER", uniform_center(frame))],
+        constants: vec![("UNIFORM_CENTER", uniform_center(shape))],
         ..shader("grid_scatter/sum_lights", over_level(grid, 1))
     };
     let pass = frame
@@ -62,23 +71,30 @@ pub fn add_sorted(
         .bind("bucket_lights", buckets.lights, Access::ComputeRead)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);
-    resolve(frame, placement, grid, moments, 1);
+    resolve(frame, shape, placement, grid, moments, 1);
 }
 
-fn uniform_center(frame: &Frame) -> u32 {
-    u32::from(frame.shape.center == Center::Uniform)
+fn uniform_center(shape: &LghShape) -> u32 {
+    u32::from(shape.center == Center::Uniform)
 }
 
-fn declare_moments(frame: &mut Frame) -> BufferHandle {
-    let size = 4 * u64::from(MOMENT_WORDS) * u64::from(frame.shape.grid_capacity);
+fn declare_moments(frame: &mut Frame, shape: &LghShape) -> BufferHandle {
+    let size = 4 * u64::from(MOMENT_WORDS) * u64::from(shape.grid_capacity);
     frame.graph.transient_buffer("moments", size)
 }
 
 /// Turns the moments of a level into its lights.
-fn resolve(frame: &mut Frame, placement: BufferHandle, grid: &GridLights, moments: BufferHandle, level: u32) {
+fn resolve(
+    frame: &mut Frame,
+    shape: &LghShape,
+    placement: BufferHandle,
+    grid: &GridLights,
+    moments: BufferHandle,
+    level: u32,
+) {
     let work = ComputeWork {
         push: vec![level],
-        constants: vec![("UNIFORM_CENTER", uniform_center(frame))],
+        constants: vec![("UNIFORM_CENTER", uniform_center(shape))],
         ..shader("grid_scatter/resolve_moments", over_level(grid, level))
     };
     let pass = frame

@@ -2,10 +2,11 @@
 
 use super::compose::Indirect;
 use super::gbuffer::GBuffer;
+use super::lgh_shape::LghShape;
 use super::shadow_rays::{self, Samples};
 use super::{Frame, shader};
-use crate::gpu::{ComputeWork, Dispatch};
-use crate::graph::{Access, BufferHandle, ImageHandle};
+use crate::gpu::{ComputeWork, Dispatch, Work};
+use crate::graph::{Access, BufferHandle, ImageHandle, Pass};
 use crate::shared::InspectedPixel;
 
 /// What a frame has of a pixel.
@@ -17,35 +18,48 @@ pub struct Seen {
     pub direct: Option<ImageHandle>,
     /// Indirect light.
     pub indirect: Option<Indirect>,
-    /// Lights and shadow samples.
-    pub lights: Option<Samples>,
 }
 
-/// Adds the pass, one workgroup that looks at the pixel named in the frame's constants; gives an [`InspectedPixel`].
+/// Adds the pass, one workgroup that looks at the pixel named in the frame's constants; gives an [`InspectedPixel`]
+/// with the surface and its light.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, seen: &Seen) -> BufferHandle {
+    let work = ComputeWork { push: vec![0, flags(seen)], ..shader("inspect/inspect_pixel", Dispatch::groups(1)) };
+    let pass = frame.compute("inspect", work).bind("depth_image", gbuffer.depth, Access::ComputeSampled).bind(
+        "normals_image",
+        gbuffer.normals,
+        Access::ComputeSampled,
+    );
+    finish(frame, pass, gbuffer, seen)
+}
+
+/// The same with the lights of each level of the hierarchy and the pixel's shadow samples.
+pub fn add_with_lights(
+    frame: &mut Frame,
+    shape: &LghShape,
+    gbuffer: &GBuffer,
+    seen: &Seen,
+    samples: &Samples,
+) -> BufferHandle {
+    let work = frame.ray_shader("inspect/inspect_pixel_lights", Dispatch::groups(1));
+    let work = ComputeWork { push: vec![flags(seen)], ..work };
+    let pass = shadow_rays::sampling(frame, shape, "inspect", work, gbuffer, samples)
+        .bind("grid", samples.placement, Access::ComputeRead)
+        .bind("tiles", samples.merged.tiles, Access::ComputeRead);
+    finish(frame, pass, gbuffer, seen)
+}
+
+/// Which images there are (`inspect/inspect_pixel.comp.glsl`).
+fn flags(seen: &Seen) -> u32 {
+    let shadows = seen.indirect.and_then(|i| i.shadows);
+    u32::from(seen.direct.is_some()) | u32::from(seen.indirect.is_some()) << 1 | u32::from(shadows.is_some()) << 2
+}
+
+/// Binds what both variants read and write, and adds the pass.
+fn finish(frame: &mut Frame, pass: Pass<Work>, gbuffer: &GBuffer, seen: &Seen) -> BufferHandle {
     let inspected = frame.graph.persistent_buffer("inspected_pixel", size_of::<InspectedPixel>() as u64);
     // What is not there is black, and shadows that are not there darken nothing.
     let (lighting, shadows) = (seen.indirect.map(|i| i.lighting), seen.indirect.and_then(|i| i.shadows));
     let unused = gbuffer.albedo;
-    let flags =
-        u32::from(seen.direct.is_some()) | u32::from(lighting.is_some()) << 1 | u32::from(shadows.is_some()) << 2;
-    let one = Dispatch::groups(1);
-    let pass = match &seen.lights {
-        Some(samples) => {
-            let work = ComputeWork { push: vec![flags], ..frame.ray_shader("inspect/inspect_pixel_lights", one) };
-            shadow_rays::sampling(frame, "inspect", work, gbuffer, samples)
-                .bind("grid", samples.placement, Access::ComputeRead)
-                .bind("tiles", samples.merged.tiles, Access::ComputeRead)
-        }
-        None => {
-            let work = ComputeWork { push: vec![0, flags], ..shader("inspect/inspect_pixel", one) };
-            frame.compute("inspect", work).bind("depth_image", gbuffer.depth, Access::ComputeSampled).bind(
-                "normals_image",
-                gbuffer.normals,
-                Access::ComputeSampled,
-            )
-        }
-    };
     let pass = pass
         .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
         .bind("radiance_image", seen.radiance, Access::ComputeSampled)

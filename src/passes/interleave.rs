@@ -4,17 +4,18 @@
 use ash::vk;
 
 use super::gbuffer::GBuffer;
+use super::lgh_shape::LghShape;
 use super::shadow_rays::ShadowEstimates;
 use super::{Frame, shader};
 use crate::gpu::{ComputeWork, DepthTarget, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work};
 use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo, Pass};
 
 /// Adds the pass that deals the depth buffer to the sub-images; without interleaving it is the G-buffer's.
-pub fn split_depth(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
-    if frame.shape.interleave == 1 {
+pub fn split_depth(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> ImageHandle {
+    if shape.interleave == 1 {
         return gbuffer.depth;
     }
-    let [width_px, height_px] = frame.shape.interleaved_px();
+    let [width_px, height_px] = shape.interleaved_px();
     let info = ImageInfo { format: vk::Format::D32_SFLOAT, width_px, height_px };
     let depth = frame.graph.transient_image("interleaved_depth", info);
     let draw = RasterDraw {
@@ -58,8 +59,8 @@ pub struct Composite {
 }
 
 /// Adds the compositing passes.
-pub fn composite(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle) -> Composite {
-    if frame.shape.interleave == 1 {
+pub fn composite(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, lighting: ImageHandle) -> Composite {
+    if shape.interleave == 1 {
         return Composite { lighting, edges: None };
     }
     let pixels = u64::from(frame.shape.width_px) * u64::from(frame.shape.height_px);

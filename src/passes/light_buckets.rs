@@ -3,6 +3,7 @@
 
 use super::compaction::Lights;
 use super::exclusive_scan::{self, ScanRange};
+use super::lgh_shape::LghShape;
 use super::{Frame, shader, threads};
 use crate::graph::{Access, BufferHandle};
 
@@ -20,9 +21,9 @@ pub struct LightBuckets {
 }
 
 /// Adds the passes. Within a cell the order is left to chance: see [`sort`].
-pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle) -> LightBuckets {
-    let words = frame.shape.levels.end_word(1);
-    let capacity = frame.shape.light_capacity();
+pub fn add(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: BufferHandle) -> LightBuckets {
+    let words = shape.levels.end_word(1);
+    let capacity = shape.lights.light_capacity();
     let counts = frame.graph.transient_buffer("light_bucket_counts", 4 * u64::from(capacity));
     let listed = LightBuckets {
         cells: frame.graph.transient_buffer("light_bucket_cells", 4 * u64::from(words)),
@@ -65,8 +66,8 @@ fn scan(frame: &mut Frame, what: &str, bits: BufferHandle, ranks: BufferHandle, 
 }
 
 /// Adds the pass that puts the lights of each cell into the order of their numbers.
-pub fn sort(frame: &mut Frame, buckets: &LightBuckets) {
-    let work = shader("light_buckets/sort_bucket", threads(frame.shape.light_capacity()));
+pub fn sort(frame: &mut Frame, shape: &LghShape, buckets: &LightBuckets) {
+    let work = shader("light_buckets/sort_bucket", threads(shape.lights.light_capacity()));
     let pass = frame
         .compute("light_buckets/sort_bucket", work)
         .bind("cell_ranks", buckets.ranks, Access::ComputeRead)

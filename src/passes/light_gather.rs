@@ -5,6 +5,7 @@ use ash::vk;
 
 use super::compaction::{GridLights, Lights};
 use super::gbuffer::GBuffer;
+use super::lgh_shape::LghShape;
 use super::light_buckets;
 use super::light_volumes::{Lighting, declare};
 use super::merge::MergedLights;
@@ -27,16 +28,16 @@ pub struct Inputs {
 }
 
 /// Adds the passes.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> Lighting {
+pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, inputs: &Inputs) -> Lighting {
     let Inputs { lights, placement, grid, merged } = inputs;
-    let buckets = (frame.shape.first_level == 0).then(|| {
-        let buckets = grid.buckets.unwrap_or_else(|| light_buckets::add(frame, lights, *placement));
-        light_buckets::sort(frame, &buckets);
+    let buckets = (shape.first_level == 0).then(|| {
+        let buckets = grid.buckets.unwrap_or_else(|| light_buckets::add(frame, shape, lights, *placement));
+        light_buckets::sort(frame, shape, &buckets);
         buckets
     });
-    let lighting = declare(frame, vk::Format::R32G32B32A32_SFLOAT);
+    let lighting = declare(frame, shape, vk::Format::R32G32B32A32_SFLOAT);
     let mut pass = frame
-        .compute("light_gather", work(frame))
+        .compute("light_gather", work(shape))
         .bind("light_texels", merged.texels, Access::ComputeSampled)
         .bind("tiles", merged.tiles, Access::ComputeRead)
         .bind("grid", *placement, Access::ComputeRead)
@@ -62,15 +63,14 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &Inputs) -> Lighting {
 }
 
 /// One workgroup per tile of each sub-image.
-fn work(frame: &Frame) -> ComputeWork {
-    let shape = &frame.shape;
+fn work(shape: &LghShape) -> ComputeWork {
     let [width, height] = shape.sub_image_px().map(|edge| edge.div_ceil(TILE_SIZE));
     let originals = if shape.first_level == 0 { "_first_level_0" } else { "" };
-    let reservoirs = if shape.shadow_samples == 0 { "_none" } else { "" };
+    let reservoirs = if shape.lights.shadow_samples == 0 { "_none" } else { "" };
     let dispatch = Dispatch::Groups([width, height, shape.interleave * shape.interleave]);
     let mut constants = vec![("COUNT_OVERDRAW", u32::from(shape.count_overdraw)), ("LOBE", shape.lobe.code())];
-    if shape.shadow_samples > 0 {
-        constants.push(("SAMPLES", shape.shadow_samples));
+    if shape.lights.shadow_samples > 0 {
+        constants.push(("SAMPLES", shape.lights.shadow_samples));
     }
     ComputeWork { constants, ..shader(&format!("light_gather/shade_tiles{originals}{reservoirs}"), dispatch) }
 }

@@ -5,6 +5,7 @@ use ash::vk;
 
 use super::Frame;
 use super::gbuffer::GBuffer;
+use super::lgh_shape::LghShape;
 use super::merge::MergedLights;
 use crate::gpu::{ColorTarget, DepthTarget, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work};
 use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo, Pass};
@@ -22,14 +23,14 @@ pub struct Lighting {
 }
 
 /// Declares what lighting makes, whichever pass makes it.
-pub(super) fn declare(frame: &mut Frame, format: vk::Format) -> Lighting {
-    let [width_px, height_px] = frame.shape.interleaved_px();
+pub(super) fn declare(frame: &mut Frame, shape: &LghShape, format: vk::Format) -> Lighting {
+    let [width_px, height_px] = shape.interleaved_px();
     let pixels = u64::from(width_px) * u64::from(height_px);
     let image = frame.graph.transient_image("lighting", ImageInfo { format, width_px, height_px });
-    let overdraw_bytes = if frame.shape.count_overdraw { 4 * pixels } else { 16 };
+    let overdraw_bytes = if shape.count_overdraw { 4 * pixels } else { 16 };
     let overdraw = frame.graph.persistent_buffer("overdraw", overdraw_bytes);
-    let reservoirs = (frame.shape.shadow_samples > 0).then(|| {
-        let bytes = reservoir_bytes(frame.shape.reservoir, frame.shape.shadow_samples);
+    let reservoirs = (shape.lights.shadow_samples > 0).then(|| {
+        let bytes = reservoir_bytes(shape.reservoir, shape.lights.shadow_samples);
         frame.graph.transient_buffer("reservoirs", bytes * pixels)
     });
     Lighting { image, reservoirs, overdraw }
@@ -38,21 +39,22 @@ pub(super) fn declare(frame: &mut Frame, format: vk::Format) -> Lighting {
 /// Adds the passes. `depth` is the depth buffer in the interleaved layout.
 pub fn add(
     frame: &mut Frame,
+    shape: &LghShape,
     gbuffer: &GBuffer,
     depth: ImageHandle,
     placement: BufferHandle,
     merged: &MergedLights,
 ) -> Lighting {
-    let [width_px, height_px] = frame.shape.interleaved_px();
-    let Lighting { image, reservoirs, overdraw } = declare(frame, frame.shape.lighting_format);
+    let [width_px, height_px] = shape.interleaved_px();
+    let Lighting { image, reservoirs, overdraw } = declare(frame, shape, shape.lighting_format);
     let mut cleared = vec![(overdraw, 0)];
-    cleared.extend(reservoirs.map(|r| (r, empty_word(frame.shape.reservoir))));
+    cleared.extend(reservoirs.map(|r| (r, empty_word(shape.reservoir))));
     frame.clear("light_volumes/clear", &cleared);
     let work = RasterWork {
         colors: vec![ColorTarget { image, clear: Some([0; 4]) }],
         depth: Some(DepthTarget { image: depth, clear: None, write: false }),
         extent_px: [width_px, height_px],
-        draws: draws(frame, merged),
+        draws: draws(shape, merged),
         uses_scene: false,
     };
     // Without interleaving the tested depth buffer is also the one that is sampled.
@@ -97,29 +99,26 @@ fn empty_word(mode: Reservoir) -> u32 {
 }
 
 /// Per sub-image the volumes, then the full-screen triangle of the top level.
-fn draws(frame: &Frame, merged: &MergedLights) -> Vec<RasterDraw> {
-    let mode = match (frame.shape.shadow_samples, frame.shape.reservoir) {
+fn draws(shape: &LghShape, merged: &MergedLights) -> Vec<RasterDraw> {
+    let mode = match (shape.lights.shadow_samples, shape.reservoir) {
         (0, _) => "none",
         (_, Reservoir::Race) => "race",
         (_, Reservoir::Lock) => "lock",
         (_, Reservoir::Exact) => "exact",
     };
-    let n = frame.shape.interleave;
+    let n = shape.interleave;
     let mut draws = Vec::new();
     for tile in 0..n * n {
         let draw = |vertex: &str, fragment: &str, depth_compare, cull, viewport, call| RasterDraw {
             vertex: format!("light_volumes/{vertex}.vert"),
             fragment: format!("light_volumes/{fragment}_{mode}.frag"),
-            constants: vec![
-                ("COUNT_OVERDRAW", u32::from(frame.shape.count_overdraw)),
-                ("LOBE", frame.shape.lobe.code()),
-            ],
+            constants: vec![("COUNT_OVERDRAW", u32::from(shape.count_overdraw)), ("LOBE", shape.lobe.code())],
             push: vec![tile],
             state: RasterState { additive_blend: true, depth_compare, depth_write: false, cull, scene_vertices: false },
             viewport,
             call,
         };
-        let [tile_viewport, plain] = tile_viewports(frame, tile);
+        let [tile_viewport, plain] = tile_viewports(shape, tile);
         // Back faces at or behind the surface: the surface lies inside the volume. Depth is reversed.
         draws.push(draw(
             "draw_volumes",
@@ -143,9 +142,9 @@ fn draws(frame: &Frame, merged: &MergedLights) -> Vec<RasterDraw> {
 
 /// The viewport that shows the picture's pixels x % n == i, y % n == j in sub-image (i, j), and the plain
 /// rectangle of that sub-image.
-fn tile_viewports(frame: &Frame, tile: u32) -> [Viewport; 2] {
-    let n = frame.shape.interleave;
-    let [tile_width, tile_height] = frame.shape.sub_image_px();
+fn tile_viewports(shape: &LghShape, tile: u32) -> [Viewport; 2] {
+    let n = shape.interleave;
+    let [tile_width, tile_height] = shape.sub_image_px();
     let (i, j) = (tile % n, tile / n);
     let (x, y) = (i * tile_width, j * tile_height);
     // Sub-image pixel p is picture pixel n p + i, so its centre p + 1/2 shows the picture's n p + i + 1/2.
@@ -154,8 +153,8 @@ fn tile_viewports(frame: &Frame, tile: u32) -> [Viewport; 2] {
     let interleaved = Viewport {
         x_px: x as f32 + shift(i),
         y_px: y as f32 + shift(j),
-        width_px: frame.shape.width_px as f32 / n as f32,
-        height_px: frame.shape.height_px as f32 / n as f32,
+        width_px: shape.picture_px[0] as f32 / n as f32,
+        height_px: shape.picture_px[1] as f32 / n as f32,
         scissor_px,
     };
     let plain = Viewport {

@@ -3,7 +3,8 @@
 use ash::vk;
 
 use super::compaction::{GridLights, Lights};
-use super::{Frame, FrameShape, shader};
+use super::lgh_shape::LghShape;
+use super::{Frame, shader};
 use crate::gpu::Dispatch;
 use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo};
 use crate::shared::{GridLight, LIGHT_TEXELS, LIGHTS_PER_ROW, MAX_LEVEL};
@@ -22,9 +23,9 @@ pub struct MergedLights {
 }
 
 /// Lights that fit into the merged list.
-fn capacity(shape: &FrameShape) -> u32 {
+fn capacity(shape: &LghShape) -> u32 {
     let tile_count = shape.interleave * shape.interleave;
-    let originals = if shape.first_level == 0 { shape.light_capacity() } else { 0 };
+    let originals = if shape.first_level == 0 { shape.lights.light_capacity() } else { 0 };
     // Levels with fewer lights than sub-images are copied to each.
     let copies = tile_count * tile_count * (MAX_LEVEL + 1);
     shape.grid_capacity + originals + copies
@@ -32,13 +33,18 @@ fn capacity(shape: &FrameShape) -> u32 {
 
 /// Rows of the image that holds the merged lights.
 #[must_use]
-pub fn light_rows(shape: &FrameShape) -> u32 {
+pub fn light_rows(shape: &LghShape) -> u32 {
     capacity(shape).div_ceil(LIGHTS_PER_ROW)
 }
 
 /// Adds the passes.
-pub fn add(frame: &mut Frame, lights: &Lights, placement: BufferHandle, grid: &GridLights) -> MergedLights {
-    let shape = &frame.shape;
+pub fn add(
+    frame: &mut Frame,
+    shape: &LghShape,
+    lights: &Lights,
+    placement: BufferHandle,
+    grid: &GridLights,
+) -> MergedLights {
     let tile_count = shape.interleave * shape.interleave;
     let capacity = u64::from(capacity(shape));
     let info = ImageInfo {

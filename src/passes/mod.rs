@@ -17,8 +17,10 @@ pub mod grid_gather;
 pub mod grid_scatter;
 pub mod inspect;
 pub mod interleave;
+pub mod lgh_shape;
 pub mod light_buckets;
 pub mod light_gather;
+pub mod light_shape;
 pub mod light_volumes;
 pub mod merge;
 pub mod path_trace;
@@ -32,12 +34,11 @@ use ash::vk;
 
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
-use crate::light_grid::Levels;
-use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints, View};
+use crate::settings::{Rays, Settings, View};
 use crate::shader::spirv;
 use crate::shared::FrameData;
 
-/// Everything that shapes the graph: sizes, capacities, modes. Known before the frame is built.
+/// What every frame has, whichever technique makes it. Known before the frame is built.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameShape {
     /// Picture width.
@@ -48,50 +49,8 @@ pub struct FrameShape {
     pub direct: bool,
     /// The picture is the mean of several frames.
     pub accumulate: bool,
-    /// Paths per pixel of a path-traced frame.
-    pub samples: u32,
-    /// Interleaved sampling: n x n sub-images.
-    pub interleave: u32,
-    /// Levels of the hierarchy.
-    pub levels: Levels,
-    /// How grid lights send out their flux.
-    pub lobe: Lobe,
-    /// Where grid lights are.
-    pub center: Center,
-    /// First level used for lighting, 0 or 1.
-    pub first_level: u32,
-    /// Light paths.
-    pub path_count: u32,
-    /// Most VPLs per path.
-    pub bounces: u32,
-    /// VPLs that fit into S0.
-    pub vpl_capacity: u32,
-    /// Scene lights in the hierarchy.
-    pub scene_light_count: u32,
-    /// Grid lights that fit, all levels together.
-    pub grid_capacity: u32,
-    /// Grid lights above S1 that fit.
-    pub upper_capacity: u32,
-    /// Where shadow rays end.
-    pub shadow_points: ShadowPoints,
-    /// Reservoirs per pixel; 0 is no shadows of indirect light, with any technique.
-    pub shadow_samples: u32,
-    /// How lights reach the pixels.
-    pub lighting: LightingMode,
-    /// How reservoirs are updated; `Exact` where lights are gathered.
-    pub reservoir: Reservoir,
     /// What traces rays.
     pub rays: Rays,
-    /// How levels above S1 are built.
-    pub build: Build,
-    /// How lights are summed into S1; `Atomic` with `Build::Scatter`.
-    pub scatter: Scatter,
-    /// Filter of the shadow estimates.
-    pub filter: Filter,
-    /// Format of the additively blended lighting.
-    pub lighting_format: vk::Format,
-    /// Count light-volume fragments per pixel (slower; for statistics frames).
-    pub count_overdraw: bool,
     /// What the picture shows.
     pub view: View,
     /// Say everything about one pixel ([`inspect`]).
@@ -99,28 +58,18 @@ pub struct FrameShape {
 }
 
 impl FrameShape {
-    /// Lights that fit into S0.
+    /// What settings ask of every frame.
     #[must_use]
-    pub fn light_capacity(&self) -> u32 {
-        (self.vpl_capacity + self.scene_light_count).max(1)
-    }
-
-    /// Size of one interleaved sub-image.
-    #[must_use]
-    pub fn sub_image_px(&self) -> [u32; 2] {
-        [self.width_px.div_ceil(self.interleave), self.height_px.div_ceil(self.interleave)]
-    }
-
-    /// Size of the interleaved layout: all sub-images side by side.
-    #[must_use]
-    pub fn interleaved_px(&self) -> [u32; 2] {
-        self.sub_image_px().map(|edge| edge * self.interleave)
-    }
-
-    /// Slots that light paths write VPLs to.
-    #[must_use]
-    pub fn slot_count(&self) -> u32 {
-        (self.path_count * self.bounces).max(1)
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            width_px: settings.picture.size.width,
+            height_px: settings.picture.size.height,
+            direct: settings.render.direct.is_on(),
+            accumulate: settings.render.accumulate > 1,
+            rays: settings.tracing.rays,
+            view: settings.render.view,
+            inspect: false,
+        }
     }
 }
 
@@ -132,7 +81,7 @@ pub struct Frame {
     pub data: BufferHandle,
     /// Rays traced: `[0]` for VPLs, `[1]` for shadow samples.
     pub ray_count: BufferHandle,
-    /// Sizes and modes.
+    /// What every frame has.
     pub shape: FrameShape,
 }
 

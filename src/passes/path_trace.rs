@@ -4,10 +4,9 @@ use super::gbuffer::GBuffer;
 use super::{Frame, reference};
 use crate::graph::{Access, ImageHandle};
 
-/// Adds the passes; gives the indirect radiance per unit albedo.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
+/// Adds the passes, with so many paths per pixel; gives the indirect radiance per unit albedo.
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, samples: u32) -> ImageHandle {
     let sum = reference::sum_image(frame);
-    let samples = frame.shape.samples;
     let work = reference::work(frame, "path_trace/trace_pixels", samples, vec![samples]);
     let pass = frame
         .compute("path_trace", work)

@@ -6,6 +6,7 @@ use super::Frame;
 use super::compaction::{GridLights, Lights};
 use super::descent::Descent;
 use super::gbuffer::GBuffer;
+use super::lgh_shape::LghShape;
 use super::merge::MergedLights;
 use crate::gpu::{ComputeWork, Work};
 use crate::graph::{Access, BufferHandle, ImageHandle, Pass};
@@ -43,11 +44,11 @@ pub struct Samples {
 }
 
 /// Adds the pass.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, samples: &Samples) -> ShadowEstimates {
+pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, samples: &Samples) -> ShadowEstimates {
     let shadowed = frame.image("shadowed", FORMAT);
     let unshadowed = frame.image("unshadowed", FORMAT);
     let work = frame.ray_shader("shadow_rays/trace_shadow_rays", frame.per_pixel());
-    let pass = sampling(frame, "shadow_rays", work, gbuffer, samples)
+    let pass = sampling(frame, shape, "shadow_rays", work, gbuffer, samples)
         .bind("out_shadowed", shadowed, Access::ComputeWrite)
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
@@ -58,15 +59,16 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, samples: &Samples) -> ShadowEst
 /// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs.
 pub(super) fn sampling(
     frame: &Frame,
+    shape: &LghShape,
     name: &str,
     work: ComputeWork,
     gbuffer: &GBuffer,
     samples: &Samples,
 ) -> Pass<Work> {
     let Samples { merged, lights, grid, descent, .. } = samples;
-    let exact = frame.shape.reservoir == Reservoir::Exact;
+    let exact = shape.reservoir == Reservoir::Exact;
     let constants =
-        vec![("DESCEND", u32::from(descent.is_some())), ("LOBE", frame.shape.lobe.code()), ("EXACT", u32::from(exact))];
+        vec![("DESCEND", u32::from(descent.is_some())), ("LOBE", shape.lobe.code()), ("EXACT", u32::from(exact))];
     let push = [&[descent.map_or(0, |d| d.index_bits)], work.push.as_slice()].concat();
     // What is not there is not read, but a binding needs a buffer.
     let unused = grid.ranks;

@@ -1,5 +1,6 @@
 //! `vpl_trace`: light paths from the scene's lights, a VPL at every diffuse hit (section 4, Keller 1997).
 
+use super::light_shape::LightShape;
 use super::{Frame, threads};
 use crate::graph::{Access, BufferHandle};
 
@@ -17,13 +18,13 @@ pub struct VplSlots {
 }
 
 /// Adds the passes.
-pub fn add(frame: &mut Frame) -> VplSlots {
-    let count = frame.shape.slot_count();
+pub fn add(frame: &mut Frame, shape: &LightShape) -> VplSlots {
+    let count = shape.slot_count();
     let positions = frame.graph.transient_buffer("vpl_slot_positions", 16 * u64::from(count));
     let fluxes = frame.graph.transient_buffer("vpl_slot_fluxes", 16 * u64::from(count));
     let bits = frame.graph.transient_buffer("vpl_slot_bits", 4 * u64::from(count.div_ceil(32)));
     frame.clear("vpl_trace/clear", &[(bits, 0)]);
-    let work = frame.ray_shader("vpl_trace/trace_paths", threads(frame.shape.path_count));
+    let work = frame.ray_shader("vpl_trace/trace_paths", threads(shape.path_count));
     let pass = frame
         .compute("vpl_trace", work)
         .bind("slot_positions", positions, Access::ComputeWrite)

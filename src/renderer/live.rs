@@ -1,15 +1,17 @@
 //! Frames that a window shows: camera, lights and settings change while they run, and only what has another shape is
 //! compiled anew.
 
-use super::shape::{base_shape, check_lights, is_measured, measured_shape};
+use super::shape::{checked_shapes, shapes};
 use super::{Renderer, frame_data};
 use crate::error::Result;
+use crate::frame::FrameOutputs;
 use crate::gpu::{FrameResult, FrameTicket, Shown};
+use crate::graph::BufferHandle;
 use crate::job::Job;
-use crate::passes::FrameShape;
 use crate::passes::present::{Part, WindowFormat};
 use crate::settings::Settings;
 use crate::shared::{InspectedPixel, PunctualLight};
+use crate::techniques::{self, Count, Technique, TechniqueShape};
 
 /// What a window wants of its frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,10 +31,10 @@ pub struct Told {
     pub exposure: f32,
     /// Rays of light paths and of shadow samples.
     pub rays: [u32; 2],
-    /// Virtual point lights, where there is a hierarchy.
-    pub vpls: Option<u32>,
-    /// Lights of level 1, 2, ...
-    pub levels: Vec<u32>,
+    /// What the technique counted.
+    pub counts: Vec<Count>,
+    /// What it had no room for, in a sentence.
+    pub complaint: Option<String>,
     /// The pixel asked for.
     pub inspected: Option<InspectedPixel>,
 }
@@ -44,18 +46,12 @@ impl Renderer {
     /// # Errors
     /// Those of [`Renderer::new`].
     pub fn for_window(job: &Job<'_>, showing: Showing, before: Option<(&Self, &Settings)>) -> Result<Self> {
-        let settings = job.settings;
-        let known = before.filter(|(_, measured_with)| same_lights(settings, measured_with));
-        let mut shape = match known {
-            Some((before, _)) if is_measured(settings) => {
-                settings.validate_view()?;
-                check_lights(job)?;
-                with_measures(&base_shape(job)?, &before.shape)
-            }
-            _ => measured_shape(job)?,
-        };
-        shape.inspect = showing.inspect;
-        Self::compile(job, shape, Some(showing))
+        let technique = techniques::of(job.settings)?;
+        let known = before.filter(|(_, measured_with)| technique.keeps_measures(job.settings, measured_with));
+        let known = known.map(|(before, _)| &*before.shapes.technique);
+        let mut shapes = checked_shapes(technique, job, known.filter(|known| is_of(*known, technique)))?;
+        shapes.frame.inspect = showing.inspect;
+        Self::compile(job, shapes, Some(showing))
     }
 
     /// Whether frames of the job's settings are the ones compiled, but for their constants. `measured_with` are the
@@ -64,23 +60,22 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Usage`] when the settings do not fit the device.
     pub fn fits(&self, job: &Job<'_>, measured_with: &Settings, showing: Showing) -> Result<bool> {
-        let settings = job.settings;
-        let base = FrameShape { inspect: showing.inspect, ..base_shape(job)? };
-        let shape = if is_measured(settings) { with_measures(&base, &self.shape) } else { base };
-        let same_window = self.shown.is_some_and(|(shown, _)| shown == showing);
-        let same_kind =
-            self.technique == settings.render.technique && is_measured(settings) == is_measured(measured_with);
-        Ok(same_window
-            && same_kind
-            && shape == self.shape
-            && (!is_measured(settings) || same_lights(settings, measured_with)))
+        let technique = techniques::of(job.settings)?;
+        let known = &*self.shapes.technique;
+        let same_window = self.shown.as_ref().is_some_and(|(shown, _)| *shown == showing);
+        if !same_window || !is_of(known, technique) || !technique.keeps_measures(job.settings, measured_with) {
+            return Ok(false);
+        }
+        let mut shapes = shapes(technique, job, Some(known))?;
+        shapes.frame.inspect = showing.inspect;
+        Ok(shapes == self.shapes)
     }
 
     /// Takes over the camera and whatever of the settings are constants of the frame.
     pub fn update(&mut self, job: &Job<'_>) {
         self.camera = job.camera.clone();
         self.seed = job.settings.tracing.seed;
-        self.data = frame_data(job, &self.shape);
+        self.data = frame_data(job, &self.shapes);
     }
 
     /// Replaces the scene's directional and spot lights with the next frame.
@@ -104,41 +99,31 @@ impl Renderer {
     /// What a completed frame has told; `None` for frames without a window.
     #[must_use]
     pub fn told(&self, result: &FrameResult) -> Option<Told> {
-        let (_, layout) = self.shown?;
-        let words = |offset: usize, count: usize| -> Option<Vec<u32>> {
-            result.readback.get(offset..offset + 4 * count).map(bytemuck::pod_collect_to_vec)
-        };
-        let rays = words(layout.ray_count, 2)?;
-        let top = self.shape.levels.top as usize;
-        let table = layout.level_table.and_then(|offset| words(offset, 2 * top + 2));
-        let inspected = layout.inspected.and_then(|offset| result.readback.get(offset..));
+        let (_, places) = self.shown.as_ref()?;
+        let parts: Vec<&[u8]> = places.iter().map(|place| result.readback.get(place.clone())).collect::<Option<_>>()?;
+        let words: Vec<Vec<u32>> = parts.iter().map(|part| bytemuck::pod_collect_to_vec(part)).collect();
+        let counters = 2..2 + self.outputs.technique.counters.len();
+        let inspected = parts.get(counters.end).and_then(|bytes| bytes.get(..size_of::<InspectedPixel>()));
+        let technique = &self.shapes.technique;
         Some(Told {
-            exposure: f32::from_bits(words(layout.exposure, 1)?[0]),
-            rays: [rays[0], rays[1]],
-            vpls: layout.light_counts.and_then(|offset| Some(words(offset, 2)?[1])),
-            levels: table.map_or_else(Vec::new, |table| (1..=top).map(|l| table[2 * l + 1]).collect()),
-            inspected: inspected
-                .and_then(|bytes| Some(bytemuck::pod_read_unaligned(bytes.get(..size_of::<InspectedPixel>())?))),
+            exposure: f32::from_bits(*words[0].first()?),
+            rays: [*words[1].first()?, *words[1].get(1)?],
+            counts: technique.counts(&words[counters.clone()]),
+            complaint: technique.complaint(&words[counters]),
+            inspected: inspected.map(bytemuck::pod_read_unaligned),
         })
     }
 }
 
-/// Whether two settings trace the same lights and build the same levels over them.
-fn same_lights(a: &Settings, b: &Settings) -> bool {
-    is_measured(a) == is_measured(b)
-        && a.many_lights.traced() == b.many_lights.traced()
-        && a.lgh.measured() == b.lgh.measured()
+/// The buffers that tell the host of a frame: exposure, rays, the technique's counters, the inspected pixel.
+pub(super) fn told_buffers(outputs: &FrameOutputs) -> Vec<BufferHandle> {
+    let mut buffers = vec![outputs.tone_mapped.exposure, outputs.ray_count];
+    buffers.extend(&outputs.technique.counters);
+    buffers.extend(outputs.inspected);
+    buffers
 }
 
-/// A shape with what another of the same lights was measured to need.
-fn with_measures(shape: &FrameShape, measured: &FrameShape) -> FrameShape {
-    FrameShape {
-        levels: measured.levels,
-        path_count: measured.path_count,
-        vpl_capacity: measured.vpl_capacity,
-        grid_capacity: measured.grid_capacity,
-        upper_capacity: measured.upper_capacity,
-        scatter: measured.scatter,
-        ..shape.clone()
-    }
+/// Whether a shape is of this technique.
+fn is_of(shape: &dyn TechniqueShape, technique: &dyn Technique) -> bool {
+    shape.technique().name() == technique.name()
 }

@@ -138,26 +138,8 @@ pub struct Memory {
     pub peak_resident_bytes: Option<u64>,
 }
 
-/// What was counted in the last frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Counts {
-    /// Virtual point lights.
-    pub vpls: u64,
-    /// Light paths emitted.
-    pub paths: u64,
-    /// Top level of the hierarchy.
-    pub level_count: u32,
-    /// Grid lights of each level, the first level first.
-    pub grid_lights_per_level: Vec<u32>,
-    /// Rays traced for shadows.
-    pub shadow_rays: u64,
-    /// Rays traced for virtual point lights.
-    pub vpl_rays: u64,
-    /// Light-volume fragments per pixel, mean.
-    pub overdraw_mean: f64,
-    /// Light-volume fragments per pixel, most.
-    pub overdraw_max: u32,
-}
+/// What was counted in the last frame: `vpl_rays`, `shadow_rays`, and what the technique counts.
+pub type Counts = serde_json::Map<String, serde_json::Value>;
 
 /// Rays of a frame over the median time of the pass that traces them, set-up of the rays included; `None` where it
 /// traced none.
@@ -294,7 +276,7 @@ pub(crate) mod tests {
             warmup: 0,
             times: RunTimes::of(&two_frames()).unwrap(),
             memory: Memory { device_bytes: 7, peak_resident_bytes: None },
-            counts: Counts { grid_lights_per_level: vec![5, 3], ..Counts::default() },
+            counts: Counts::from_iter([("grid_lights_per_level".to_owned(), serde_json::json!([5, 3]))]),
             rays: RayRates { shadow_rays_per_s: Some(2.5e6), vpl_rays_per_s: None },
         }
     }

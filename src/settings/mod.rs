@@ -14,7 +14,6 @@ mod techniques;
 pub(crate) mod testing;
 mod validate;
 mod values;
-mod view_rules;
 mod window_values;
 
 use serde::Serialize;

@@ -3,37 +3,25 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::{Levels, LightSet, Settings, Technique, name};
+use super::{Levels, Settings, Switch};
 use crate::files::FileKind;
 use crate::{Error, Result};
 
 impl Settings {
-    /// Checks every value and every combination that can be checked without a scene or a device.
+    /// Checks every value, and every combination that can be checked without a scene, a device or a technique;
+    /// `techniques::check` does the rest.
     ///
     /// # Errors
     /// [`Error::Usage`] with one sentence about the first thing wrong.
     pub fn validate(&self) -> Result<()> {
         self.validate_groups()?;
-        self.validate_technique()?;
-        self.validate_frames()?;
-        self.validate_view()
+        self.validate_groups_together()?;
+        self.validate_frames()
     }
 
-    /// What the technique and its groups ask of each other and of the picture.
-    fn validate_technique(&self) -> Result<()> {
-        let (technique, lgh, many_lights) = (self.render.technique, &self.lgh, &self.many_lights);
-        let name = name(&technique);
-        require(technique == Technique::Lgh || lgh.reservoir.is_none(), || {
-            format!("technique {name} has no reservoirs: leave reservoir out, or choose technique lgh")
-        })?;
-        require(technique == Technique::Lgh || lgh.lighting.is_none(), || {
-            format!("technique {name} has no lights of a hierarchy: leave lighting out, or choose technique lgh")
-        })?;
-        let traced =
-            matches!(technique, Technique::Lgh | Technique::BruteForce) && many_lights.lights != LightSet::Scene;
-        require(!traced || many_lights.bounces > 0, || {
-            "bounces 0 leaves no virtual point lights: give at least 1, or choose lights scene".to_owned()
-        })?;
+    /// What groups ask of each other.
+    fn validate_groups_together(&self) -> Result<()> {
+        let (lgh, many_lights) = (&self.lgh, &self.many_lights);
         if let Levels::Fixed(levels) = lgh.levels {
             require(many_lights.shadow_samples == 0 || lgh.shadow_from <= levels, || {
                 format!("shadow-from {} lies above the top level, which levels sets to {levels}", lgh.shadow_from)
@@ -43,6 +31,19 @@ impl Settings {
         require(size.width >= side && size.height >= side, || {
             format!("size {size} is too small for interleave {side}: each side needs at least {side} pixels")
         })
+    }
+
+    /// Checks that there are shadow samples, which `what` needs.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with one sentence that names `what` and the setting in its way.
+    pub fn require_shadow_samples(&self, what: &str) -> Result<()> {
+        let obstacle = match (self.many_lights.shadow_samples, self.many_lights.shadows) {
+            (0, _) => "shadow-samples 0",
+            (_, Switch::Off) => "shadows off",
+            (_, Switch::On) => return Ok(()),
+        };
+        Err(Error::Usage(format!("{what} needs shadow samples, and {obstacle} leaves none")))
     }
 
     /// How many frames there are, and which of them is captured.
@@ -86,7 +87,7 @@ pub(super) fn has_extension(key: &str, path: &Path, kinds: &[FileKind]) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::{Build, Exposure, LightingMode, RenderScale, Reservoir, Scatter, Size};
+    use crate::settings::{Build, Exposure, LightSet, LightingMode, RenderScale, Reservoir, Scatter, Size};
 
     fn complaint(change: impl FnOnce(&mut Settings)) -> String {
         let mut settings = Settings::default();
@@ -151,15 +152,6 @@ mod tests {
 
     #[test]
     fn contradictions() {
-        let sentence =
-            complaint(|s| (s.render.technique, s.lgh.reservoir) = (Technique::Direct, Some(Reservoir::Race)));
-        assert_eq!(sentence, "technique direct has no reservoirs: leave reservoir out, or choose technique lgh");
-        let sentence =
-            complaint(|s| (s.render.technique, s.lgh.lighting) = (Technique::Direct, Some(LightingMode::Volumes)));
-        assert_eq!(
-            sentence,
-            "technique direct has no lights of a hierarchy: leave lighting out, or choose technique lgh"
-        );
         let gather = Some(LightingMode::Gather);
         let sentence = complaint(|s| (s.lgh.lighting, s.lgh.reservoir) = (gather, Some(Reservoir::Lock)));
         assert_eq!(
@@ -172,10 +164,6 @@ mod tests {
             "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \
              build"
         );
-        for lights in [LightSet::Vpl, LightSet::Both] {
-            let sentence = complaint(|s| (s.many_lights.bounces, s.many_lights.lights) = (0, lights));
-            assert_eq!(sentence, "bounces 0 leaves no virtual point lights: give at least 1, or choose lights scene");
-        }
         let sentence = complaint(|s| (s.lgh.levels, s.lgh.shadow_from) = (Levels::Fixed(4), 5));
         assert_eq!(sentence, "shadow-from 5 lies above the top level, which levels sets to 4");
         let sentence = complaint(|s| (s.picture.size, s.lgh.interleave) = (Size { width: 9, height: 3 }, 4));

@@ -2,7 +2,6 @@
 
 pub mod legend;
 
-use crate::light_grid::Levels;
 use crate::settings::View;
 use crate::shared::MAX_LEVEL;
 
@@ -65,9 +64,9 @@ pub enum Scale {
     },
 }
 
-/// The legend of a view, for a picture whose colour map ended at `measured_end`; `None` where the view needs none.
+/// The legend of a view whose levels are `first` to `last`, for a picture whose colour map ended at `measured_end`; `None` where the view needs none.
 #[must_use]
-pub fn legend_of(view: View, levels: Levels, first_level: u32, measured_end: f32) -> Option<(&'static str, Scale)> {
+pub fn legend_of(view: View, [first, last]: [u32; 2], measured_end: f32) -> Option<(&'static str, Scale)> {
     let title = match view {
         View::Depth => "depth, m",
         View::ShadowRatio => "S / U, unfiltered",
@@ -79,11 +78,20 @@ pub fn legend_of(view: View, levels: Levels, first_level: u32, measured_end: f32
         _ => return None,
     };
     let scale = match view {
-        View::SelectedLevel | View::LevelWeights => Scale::Levels { first: first_level, last: levels.top },
+        View::SelectedLevel | View::LevelWeights => Scale::Levels { first, last },
         _ => {
             let whole = matches!(view, View::Overdraw | View::LightCount);
             color_map(view).map(|map| Scale::Bar { map, end: map.end.unwrap_or(measured_end), whole })?
         }
     };
     Some((title, scale))
+}
+
+/// A number with as many digits as tell something.
+#[must_use]
+pub fn plain_number(v: f32) -> String {
+    match v.abs() {
+        a if a >= 1000.0 || (a > 0.0 && a < 0.001) => format!("{v:>9.2e}"),
+        _ => format!("{v:>9.4}"),
+    }
 }

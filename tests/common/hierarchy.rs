@@ -6,19 +6,24 @@ use gridlight::cpu::count_lights::{LevelTable, TABLE_WORDS};
 use gridlight::cpu::deal_tiles::{Deal, TILE_STRIDE};
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::LightList;
-use gridlight::frame::{self, HierarchyOutputs};
 use gridlight::gpu::{Executor, Gpu};
 use gridlight::graph::BufferHandle;
 use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
+use gridlight::passes::lgh_shape::LghShape;
+use gridlight::passes::light_shape::LightShape;
 use gridlight::settings::{Build, Center, Filter, Reservoir, Scatter, ShadowPoints, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
+use gridlight::techniques::lgh::{self, HierarchyOutputs};
+
+/// Size of the picture that the lights are dealt for.
+const SIZE_PX: [u32; 2] = [16, 16];
 
 /// A compiled hierarchy for up to so many lights.
 pub struct Hierarchy {
     executor: Executor,
     outputs: HierarchyOutputs,
-    shape: FrameShape,
+    shape: LghShape,
 }
 
 /// What to compile.
@@ -71,7 +76,7 @@ impl Hierarchy {
     /// Compiles it.
     pub fn new(gpu: &Arc<Gpu>, options: Options) -> Self {
         let shape = shape(options);
-        let (graph, outputs) = frame::build_hierarchy(shape.clone());
+        let (graph, outputs) = lgh::build_hierarchy(frame_shape(), &shape);
         let executor = Executor::new(gpu, graph, None).unwrap();
         Self { executor, outputs, shape }
     }
@@ -84,7 +89,7 @@ impl Hierarchy {
     /// Runs it once over `lights`.
     pub fn run(&mut self, lights: &LightList, scene_radius: f32) -> Readback {
         let count = lights.len() as u32;
-        assert!(count <= self.shape.light_capacity());
+        assert!(count <= self.shape.lights.light_capacity());
         let write = |buffer, bytes: &[u8]| self.executor.write_buffer(buffer, bytes).unwrap();
         write(self.outputs.lights.positions, bytemuck::cast_slice(&lights.positions));
         write(self.outputs.lights.fluxes, bytemuck::cast_slice(&lights.fluxes));
@@ -136,53 +141,61 @@ impl Hierarchy {
 }
 
 /// Sizes and modes of a hierarchy alone.
-pub fn shape(options: Options) -> FrameShape {
+pub fn shape(options: Options) -> LghShape {
     let levels = Levels::new(options.top);
     let lights = u64::from(options.light_capacity);
     // A light has 8 vertices, an S1 light again 8 in each level above.
     let most = |level: u32| u64::from(levels.vertices_per_axis(level)).pow(3).min(8 * 8 * lights);
     let all = (1..=levels.top).map(most).sum::<u64>().max(1) as u32;
-    FrameShape {
-        width_px: 16,
-        height_px: 16,
+    LghShape {
+        lights: LightShape {
+            path_count: 0,
+            bounces: 0,
+            vpl_capacity: options.light_capacity,
+            scene_light_count: 0,
+            shadow_samples: 0,
+        },
+        picture_px: SIZE_PX,
         interleave: options.interleave,
         levels,
+        lobe: gridlight::settings::Lobe::Mixture,
+        center: options.center,
         first_level: options.first_level,
-        path_count: 0,
-        bounces: 0,
-        vpl_capacity: options.light_capacity,
-        scene_light_count: 0,
         grid_capacity: options.grid_capacity.unwrap_or(all),
         upper_capacity: options.grid_capacity.unwrap_or(all),
         shadow_points: ShadowPoints::Descent,
-        shadow_samples: 0,
         lighting: gridlight::settings::LightingMode::Gather,
         reservoir: Reservoir::Lock,
-        rays: gridlight::settings::Rays::Bvh,
         build: options.build,
         scatter: if options.build == Build::Scatter { Scatter::Atomic } else { Scatter::Sorted },
         filter: Filter::None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
         count_overdraw: false,
+    }
+}
+
+/// What a frame around it has.
+pub fn frame_shape() -> FrameShape {
+    FrameShape {
+        width_px: SIZE_PX[0],
+        height_px: SIZE_PX[1],
         direct: true,
         accumulate: false,
-        samples: 1,
-        lobe: gridlight::settings::Lobe::Mixture,
-        center: options.center,
+        rays: gridlight::settings::Rays::Bvh,
         view: View::Final,
         inspect: false,
     }
 }
 
 /// The constants that the hierarchy reads.
-pub fn frame_data(shape: &FrameShape, scene_radius: f32) -> FrameData {
+pub fn frame_data(shape: &LghShape, scene_radius: f32) -> FrameData {
     let [sub_width, sub_height] = shape.sub_image_px();
     FrameData {
         scene_sphere: [0.0, 0.0, 0.0, scene_radius],
-        size: [shape.width_px, shape.height_px, sub_width, sub_height],
-        sampling: [shape.interleave, shape.shadow_samples, 2, shape.first_level],
-        counts: [shape.levels.top, shape.vpl_capacity, shape.path_count, shape.bounces],
-        lights: [1, 0, 0, shape.scene_light_count],
+        size: [SIZE_PX[0], SIZE_PX[1], sub_width, sub_height],
+        sampling: [shape.interleave, shape.lights.shadow_samples, 2, shape.first_level],
+        counts: [shape.levels.top, shape.lights.vpl_capacity, shape.lights.path_count, shape.lights.bounces],
+        lights: [1, 0, 0, shape.lights.scene_light_count],
         tuning: [1.0, 0.0, 0.0, 0.0],
         accumulation: [0, 1, 0, 0],
         levels: shape.levels.table(),

@@ -10,11 +10,11 @@ use super::setup::{find_camera, load_scene, open_gpu, scene_info, upload};
 use crate::cli::ErrorReportOptions;
 use crate::compare::{Image, auto_exposure};
 use crate::progress::Progress;
-use crate::renderer;
 use crate::report::error_report::{ErrorReport, SCHEMA, Side, Stage};
 use crate::report::machine::Machine;
 use crate::report::timings::{Device, Program};
 use crate::settings::{Exposure, Settings};
+use crate::techniques::lgh;
 use crate::{Error, Result, interrupt};
 use folder::ReportFolder;
 use renders::{Noise, Rendered, Studio};
@@ -33,7 +33,7 @@ pub fn report(settings: &Settings, options: &ErrorReportOptions, quiet: bool) ->
     let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
     // What `None` stood for.
-    let reservoir = renderer::reservoir_mode(&gpu, settings)?;
+    let reservoir = lgh::reservoir_mode(&gpu, settings)?;
     let settings = settings.clone().changed(|s| s.lgh.reservoir = Some(reservoir));
     let plan = stages::plan(&settings, options);
     let mut studio = Studio::new(&gpu, &uploaded, camera, progress);

@@ -8,11 +8,10 @@ use super::stages::{Frames, Recipe};
 use crate::compare::{Image, Tone, metrics};
 use crate::gpu::Gpu;
 use crate::progress::{Bar, Progress};
-use crate::random::hash;
 use crate::renderer::{Fresh, Job, Renderer, UploadedScene};
 use crate::scene::Camera;
-use crate::settings::{Settings, Technique};
-use crate::{Error, Result, interrupt};
+use crate::settings::Settings;
+use crate::{Error, Result, interrupt, techniques};
 
 /// A picture and what is known of it.
 #[derive(Debug)]
@@ -58,9 +57,9 @@ impl<'a> Studio<'a> {
             return Ok(Rc::clone(rendered));
         }
         let bar = self.progress.bar(name, SUBDIVISION);
-        let rendered = match recipe.settings.render.technique {
-            Technique::PathTrace => self.path_trace(&recipe.settings, &bar),
-            _ => self.frames(&recipe.settings, recipe.frames, &|done| bar.set(done)),
+        let rendered = match techniques::of(&recipe.settings)?.halves(&recipe.settings) {
+            Some(halves) => self.halves(&halves, &bar),
+            None => self.frames(&recipe.settings, recipe.frames, &|done| bar.set(done)),
         };
         bar.finish();
         let rendered = Rc::new(rendered?);
@@ -68,22 +67,15 @@ impl<'a> Studio<'a> {
         Ok(rendered)
     }
 
-    /// Two halves of the samples with seeds of their own: their difference tells the noise of their mean.
-    fn path_trace(&self, settings: &Settings, bar: &Bar) -> Result<Rendered> {
-        let samples = [settings.path_trace.samples.div_ceil(2), settings.path_trace.samples / 2];
-        if samples[1] == 0 {
-            return self.frames(settings, Frames::One, &|done| bar.set(done));
-        }
-        let half = |index: usize, seed: u32| {
-            let settings = settings.clone().changed(|s| {
-                s.path_trace.samples = samples[index];
-                s.tracing.seed = seed;
-            });
+    /// Two parts of the samples with seeds of their own: their difference tells the noise of their mean.
+    fn halves(&self, settings: &[Settings; 2], bar: &Bar) -> Result<Rendered> {
+        let half = |index: usize| {
             let before = index as u64 * SUBDIVISION / 2;
-            self.frames(&settings, Frames::One, &|done| bar.set(before + done / 2))
+            self.frames(&settings[index], Frames::One, &|done| bar.set(before + done / 2))
         };
-        let (first, second) = (half(0, settings.tracing.seed)?, half(1, hash(settings.tracing.seed))?);
-        let share = samples[1] as f32 / settings.path_trace.samples as f32;
+        let (first, second) = (half(0)?, half(1)?);
+        let samples = settings.each_ref().map(|settings| settings.path_trace.samples);
+        let share = samples[1] as f32 / (samples[0] + samples[1]) as f32;
         let mean = mix(&first.image, &second.image, share)?;
         // A half is as far from the mean of both as that mean is expected to be from the truth.
         let noise = metrics(&mean, &first.image, Tone::Srgb, None)?;
@@ -101,7 +93,7 @@ impl<'a> Studio<'a> {
         };
         let settings = settings.clone().changed(|s| s.render.accumulate = count);
         let mut renderer = Renderer::new(&Job::new(self.gpu, self.scene, self.camera, &settings))?;
-        if matches!(settings.render.technique, Technique::Lgh | Technique::Direct) {
+        if !techniques::of(&settings)?.is_reference() {
             // Some drivers compile shaders when they first run: that is no part of a frame of milliseconds.
             run_frame(&mut renderer, first, &settings, &|_| ())?;
         }

@@ -69,7 +69,9 @@ mod tests {
     #[test]
     fn every_preset_is_valid() {
         for preset in &PRESETS {
-            apply(preset.name, &Settings::default(), &Settings::default()).validate().unwrap();
+            let settings = apply(preset.name, &Settings::default(), &Settings::default());
+            settings.validate().unwrap();
+            crate::techniques::check(&settings).unwrap();
         }
     }
 

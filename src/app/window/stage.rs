@@ -82,7 +82,7 @@ impl Side {
 
     fn prepare(&mut self, job: &Job<'_>, request: &Request<'_>) {
         self.renderer.update(job);
-        if self.renderer.shape().accumulate {
+        if self.renderer.shapes().frame.accumulate {
             self.renderer.set_accumulated_frame(request.number, Fresh::All);
         }
         if let Some([x, y]) = request.inspected {
@@ -253,7 +253,7 @@ impl Stage {
         let Some(Show { main, held, uploaded }) = &self.show else { return Ok(()) };
         let again = |side: &Side, part| {
             let before = (measures == Measures::Kept).then_some(side);
-            let inspect = side.renderer.shape().inspect;
+            let inspect = side.renderer.shapes().frame.inspect;
             self.compile_side(&Job::new(&self.gpu, uploaded, camera, &side.made_with), (part, inspect), before)
         };
         let new_held = held.as_ref().map(|side| again(side, Part::Left)).transpose()?;

@@ -7,9 +7,9 @@ use comfy_table::{Cell, CellAlignment, Table};
 use exr::prelude::f16;
 use serde_json::Value;
 
-use super::array::{Array, Scalar};
 use super::images::Picture;
 use super::manifest::{FileEntry, Manifest};
+use crate::dump::{Array, Scalar};
 use crate::settings::{Scope, Settings};
 use crate::{Error, Result};
 

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::array::Array;
 use super::images::Picture;
 use super::manifest::FileEntry;
+use crate::dump::Array;
 use crate::{Error, Result};
 
 /// A name under which a dump may appear, known to be free and beside which one can write.

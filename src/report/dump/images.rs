@@ -8,7 +8,7 @@ use exr::prelude::{
     read_first_flat_layer_from_file,
 };
 
-use super::array::Scalar;
+use crate::dump::Scalar;
 use crate::graph::ImageInfo;
 use crate::{Error, Result};
 

@@ -1,6 +1,5 @@
 //! `--dump DIR`: every intermediate of a frame in files that other programs read (`docs/dumps.md`).
 
-pub mod array;
 pub mod contents;
 pub mod diff;
 pub mod folder;
@@ -12,21 +11,21 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+pub use crate::dump::array;
+use crate::dump::{Array, Contents, Derived, Known, Scalar, all_words};
 use crate::gpu::{Gpu, Work, Written};
 use crate::graph::{Resource, ResourceInfo};
-use crate::passes::FrameShape;
 use crate::renderer::{Renderer, UploadedScene};
 use crate::report::timings::{Device, Program, SceneInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::shared::{GridLight, GridPlacement};
+use crate::shared::FrameData;
+use crate::techniques::{Shapes, Technique};
 use crate::{Error, Result};
-use array::{Array, Scalar};
-use contents::Known;
 use folder::DumpFolder;
 use images::Picture;
 use manifest::{FileEntry, Manifest, SCHEMA, frame_constants};
-use table::{Contents, entry, others};
+use table::{entry, others};
 
 /// What a dump is made of.
 pub struct Sources<'a> {
@@ -52,7 +51,9 @@ pub struct Sources<'a> {
 pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
     write_scene(folder, sources)?;
     let graph = sources.renderer.executor().graph();
-    let mut frame = FrameDump { folder, known: Known::new(sources.renderer.shape().clone()), placement: None };
+    let Shapes { frame: shape, technique } = sources.renderer.shapes();
+    let known = Known::new(shape, (**technique).as_any());
+    let mut frame = FrameDump { folder, known, shapes: sources.renderer.shapes() };
     sources.renderer.run_and_read(|index, written| {
         let pass = &graph.passes()[index];
         frame.known.pass.clone_from(&pass.name);
@@ -61,8 +62,7 @@ pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
             _ => Vec::new(),
         };
         frame.add_pass(index, graph.resources(), &written)?;
-        let alpha = sources.renderer.frame_data().tuning[0];
-        frame.add_radii(index, graph.resources(), &written, alpha)
+        frame.add_derived(index, graph.resources(), &written, sources.renderer.frame_data())
     })?;
     Manifest {
         schema: SCHEMA.to_owned(),
@@ -70,7 +70,7 @@ pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
         device: value(Device::of(sources.gpu.report()))?,
         scene: value(sources.scene_info)?,
         settings: value(sources.settings)?,
-        shape: shape_json(sources.renderer.shape()),
+        shape: shape_json(sources.renderer.shapes()),
         frame: frame_constants(sources.renderer.frame_data()),
         passes: sources.renderer.pass_names(),
         files: folder.files().to_vec(),
@@ -82,20 +82,10 @@ fn value(part: impl serde::Serialize) -> Result<Value> {
     serde_json::to_value(part).map_err(|error| Error::Failure(format!("cannot express the manifest as JSON: {error}")))
 }
 
-fn shape_json(shape: &FrameShape) -> Value {
-    json!({
-        "size_px": [shape.width_px, shape.height_px],
-        "sub_image_px": shape.sub_image_px(),
-        "interleaved_px": shape.interleaved_px(),
-        "interleave": shape.interleave,
-        "top_level": shape.levels.top,
-        "first_level": shape.first_level,
-        "slots": shape.slot_count(),
-        "light_capacity": shape.light_capacity(),
-        "grid_capacity": shape.grid_capacity,
-        "upper_capacity": shape.upper_capacity,
-        "shadow_samples": shape.shadow_samples,
-    })
+fn shape_json(shapes: &Shapes) -> Value {
+    let mut sizes = shapes.technique.manifest();
+    sizes.insert("size_px".to_owned(), json!([shapes.frame.width_px, shapes.frame.height_px]));
+    Value::Object(sizes)
 }
 
 fn write_scene(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
@@ -121,24 +111,27 @@ fn write_scene(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
 /// A frame on its way into the folder.
 struct FrameDump<'a> {
     folder: &'a mut DumpFolder,
-    known: Known,
-    placement: Option<GridPlacement>,
+    known: Known<'a>,
+    shapes: &'a Shapes,
 }
 
 impl FrameDump<'_> {
+    fn technique(&self) -> &'static dyn Technique {
+        self.shapes.technique.technique()
+    }
+
     fn add_pass(&mut self, index: usize, resources: &[Resource], written: &[Written]) -> Result<()> {
         for part in written {
             let name = &resources[part.resource].name;
-            self.known.note(name, &part.bytes);
-            if name == "grid_placement" {
-                self.placement = Some(bytemuck::pod_read_unaligned(&part.bytes));
+            if entry(self.technique(), name).is_some_and(|about| about.noted) {
+                self.known.note(name, &part.bytes);
             }
         }
         written.iter().try_for_each(|part| self.add(index, &resources[part.resource], &part.bytes))
     }
 
     fn add(&mut self, index: usize, resource: &Resource, bytes: &[u8]) -> Result<()> {
-        let about = entry(&resource.name);
+        let about = entry(self.technique(), &resource.name);
         let pass = self.known.pass.clone();
         let finish = |mut file: FileEntry| {
             file.resource_bytes = bytes.len() as u64;
@@ -146,7 +139,7 @@ impl FrameDump<'_> {
             file.meaning = about.map_or("No description.", |a| a.meaning).to_owned();
             file
         };
-        let interleaved = about.is_some_and(|a| a.interleaved) && self.known.shape.interleave > 1;
+        let interleaved = about.is_some_and(|a| a.interleaved) && self.shapes.technique.is_interleaved();
         let layout = if interleaved { "interleaved" } else { "picture" };
         match resource.info {
             ResourceInfo::Image(info) => {
@@ -162,7 +155,7 @@ impl FrameDump<'_> {
             ResourceInfo::Buffer(_) => {
                 let unpack = match about.map(|a| a.contents) {
                     Some(Contents::Buffer(unpack)) => unpack,
-                    _ => contents::all_words,
+                    _ => all_words,
                 };
                 let array = unpack(bytes, &self.known);
                 let mut file = finish(array_entry(Some(index), &pass, &resource.name, &array));
@@ -172,22 +165,25 @@ impl FrameDump<'_> {
         }
     }
 
-    /// The blending radius of every merged light, which the shaders compute where they need it.
-    fn add_radii(&mut self, index: usize, resources: &[Resource], written: &[Written], alpha: f32) -> Result<()> {
-        let merged = written.iter().find(|part| resources[part.resource].name == "merged_lights");
-        let (Some(merged), Some(placement)) = (merged, self.placement) else { return Ok(()) };
-        let list = contents::merged_lights(&merged.bytes, &self.known);
-        let lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&list.bytes);
-        let top = self.known.shape.levels.top as i32;
-        let radius = |light: &GridLight| alpha * (placement.h_top * 2.0_f32.powi(light.level as i32 - top));
-        let radii: Vec<u8> = lights.iter().flat_map(|light| radius(light).to_le_bytes()).collect();
-        let array = Array::plain(Scalar::F32, &list.shape, &radii);
-        let (resource, units, meaning) = others::BLENDING_RADII;
-        let mut file = array_entry(Some(index), &self.known.pass, resource, &array);
-        file.kind = "derived".to_owned();
-        file.resource_bytes = radii.len() as u64;
-        (file.units, file.meaning) = (units.to_owned(), meaning.to_owned());
-        self.folder.add_array(file, &array)
+    /// What the technique makes of what a pass has written.
+    fn add_derived(
+        &mut self,
+        index: usize,
+        resources: &[Resource],
+        written: &[Written],
+        data: &FrameData,
+    ) -> Result<()> {
+        for part in written {
+            let resource = &resources[part.resource].name;
+            let derived = self.shapes.technique.derived(resource, &part.bytes, &self.known, data);
+            let Some(Derived { name, units, meaning, array }) = derived else { continue };
+            let mut file = array_entry(Some(index), &self.known.pass, name, &array);
+            file.kind = "derived".to_owned();
+            file.resource_bytes = array.bytes.len() as u64;
+            (file.units, file.meaning) = (units.to_owned(), meaning.to_owned());
+            self.folder.add_array(file, &array)?;
+        }
+        Ok(())
     }
 }
 

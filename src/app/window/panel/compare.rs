@@ -83,7 +83,7 @@ fn inspect(ui: &Ui, free: Rect, facts: &Facts<'_>) {
     inspector::mark(ui, at);
     let on_left = |held: &&HeldFacts<'_>| at.x < window.left() + held.divider * window.width();
     let side = facts.held.as_ref().filter(on_left).map_or(&facts.main, |held| &held.side);
-    let (Some(shape), Some(pixel)) = (side.shape, side.told.and_then(|told| told.inspected)) else { return };
+    let (Some(shapes), Some(pixel)) = (side.shapes, side.told.and_then(|told| told.inspected)) else { return };
     // Away from the pixel.
     let (place, pivot) = if at.x < free.center().x {
         (free.right_center() - vec2(8.0, 0.0), Align2::RIGHT_CENTER)
@@ -91,7 +91,7 @@ fn inspect(ui: &Ui, free: Rect, facts: &Facts<'_>) {
         (free.left_center() + vec2(8.0, 0.0), Align2::LEFT_CENTER)
     };
     Area::new("inspector".into()).pivot(pivot).fixed_pos(place).interactable(false).show(ui.ctx(), |ui| {
-        egui::Frame::popup(ui.style()).show(ui, |ui| inspector::show(ui, shape, &pixel));
+        egui::Frame::popup(ui.style()).show(ui, |ui| inspector::show(ui, &*shapes.technique, &pixel));
     });
 }
 

@@ -2,9 +2,9 @@
 
 use super::history::History;
 use crate::gpu::MemoryUse;
-use crate::passes::FrameShape;
 use crate::renderer::Told;
 use crate::settings::{Settings, Size};
+use crate::techniques::Shapes;
 
 /// What is known when a frame begins.
 pub struct Facts<'a> {
@@ -48,8 +48,8 @@ pub struct Facts<'a> {
 
 /// What is known of one side of the window.
 pub struct SideFacts<'a> {
-    /// Shape of its frame, when one is compiled.
-    pub shape: Option<&'a FrameShape>,
+    /// Shapes of its frame, when one is compiled.
+    pub shapes: Option<&'a Shapes>,
     /// What its last completed frame told.
     pub told: Option<&'a Told>,
 }

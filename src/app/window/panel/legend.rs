@@ -12,20 +12,20 @@ const BAR: Vec2 = Vec2::new(200.0, 14.0);
 const PATCH: Vec2 = Vec2::new(24.0, 18.0);
 
 /// The colour of `0xRRGGBB`.
-fn color(rgb: u32) -> Color32 {
+pub fn color(rgb: u32) -> Color32 {
     let [_, r, g, b] = rgb.to_be_bytes();
     Color32::from_rgb(r, g, b)
 }
 
 /// The colour of a level.
-pub fn level_color(level: u32) -> Color32 {
+fn level_color(level: u32) -> Color32 {
     color(LEVEL_COLORS[level as usize % LEVEL_COLORS.len()])
 }
 
 /// Title and scale of a side's view, when it has one.
 pub fn of(side: &SideFacts<'_>) -> Option<(&'static str, Scale)> {
-    let (shape, told) = (side.shape?, side.told?);
-    views::legend_of(shape.view, shape.levels, shape.first_level, told.exposure)
+    let (shapes, told) = (side.shapes?, side.told?);
+    views::legend_of(shapes.frame.view, shapes.technique.level_range(), told.exposure)
 }
 
 /// Shows the legend of a side's view, when it has one.

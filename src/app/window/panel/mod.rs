@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use egui::{Align2, Color32, Context, RichText, Ui};
+use serde_json::Value;
 use winit::event::WindowEvent;
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::Window;
@@ -292,20 +293,26 @@ fn memory(ui: &mut Ui, facts: &Facts<'_>) {
     });
     let Some(told) = facts.main.told else { return };
     egui::Grid::new("counts").num_columns(2).striped(true).show(ui, |ui| {
-        let mut row = |name: String, count: u32| {
+        let mut row = |name: String, count: String| {
             ui.label(name);
-            ui.label(count.to_string());
+            ui.label(count);
             ui.end_row();
         };
-        if let Some(vpls) = told.vpls {
-            row("virtual point lights".to_owned(), vpls);
+        for count in &told.counts {
+            match &count.value {
+                Value::Array(levels) => levels
+                    .iter()
+                    .enumerate()
+                    .for_each(|(index, value)| row(format!("{} {}", count.label, index + 1), value.to_string())),
+                value => row(count.label.to_owned(), value.to_string()),
+            }
         }
-        for (index, count) in told.levels.iter().enumerate() {
-            row(format!("lights of level {}", index + 1), *count);
-        }
-        row("rays of light paths".to_owned(), told.rays[0]);
-        row("shadow rays".to_owned(), told.rays[1]);
+        row("rays of light paths".to_owned(), told.rays[0].to_string());
+        row("shadow rays".to_owned(), told.rays[1].to_string());
     });
+    if let Some(sentence) = &told.complaint {
+        ui.colored_label(ERROR, sentence);
+    }
 }
 
 /// Where the sun stands, and its own turn.

@@ -14,6 +14,7 @@ use crate::app::window::camera::FlyCamera;
 use crate::app::window::loader::Loading;
 use crate::app::window::{presets, screenshot};
 use crate::settings::{Scope, Settings};
+use crate::techniques;
 
 impl Session {
     /// Does one thing; what the user got wrong is shown in the window.
@@ -102,7 +103,8 @@ impl Session {
 
     /// Takes over settings when they are in order.
     fn change(&mut self, settings: Result<Settings>) -> Result<()> {
-        let Some(new) = self.soften(settings)? else { return Ok(()) };
+        let checked = settings.and_then(|new| techniques::check(&new).map(|()| new));
+        let Some(new) = self.soften(checked)? else { return Ok(()) };
         let before = std::mem::replace(&mut self.settings, new);
         self.panel.clear_error();
         self.scale.forget();
@@ -143,6 +145,7 @@ impl Session {
         let read = Settings::read(path).and_then(|read| {
             let new = of_this_window(read, &self.settings);
             new.validate()?;
+            techniques::check(&new)?;
             Ok(new)
         });
         let Some(new) = self.soften(read)? else { return Ok(()) };

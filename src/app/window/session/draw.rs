@@ -168,7 +168,7 @@ impl Session {
             sun_deg: self.sun.as_ref().map(Sun::angles_deg),
             sun_speed: self.sun_speed,
             scale_is_chosen,
-            main: SideFacts { shape: renderer.map(Renderer::shape), told: self.told.as_ref() },
+            main: SideFacts { shapes: renderer.map(Renderer::shapes), told: self.told.as_ref() },
             held: self.split.as_ref().map(|split| split.facts(&self.stage, &settings)),
             inspects: self.inspector.is_on(),
         };

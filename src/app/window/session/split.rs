@@ -53,7 +53,7 @@ impl Split {
     /// What the panel shows of it; `others` are the settings of the right side.
     pub(super) fn facts<'a>(&'a self, stage: &'a Stage, others: &Settings) -> HeldFacts<'a> {
         HeldFacts {
-            side: SideFacts { shape: stage.held_renderer().map(Renderer::shape), told: self.told.as_ref() },
+            side: SideFacts { shapes: stage.held_renderer().map(Renderer::shapes), told: self.told.as_ref() },
             divider: self.divider,
             differences: with_shared(&self.settings, others).differences(others).unwrap_or_default(),
             ms: self.ms,

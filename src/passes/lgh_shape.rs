@@ -1,0 +1,60 @@
+//! What sizes the passes of the lighting grid hierarchy.
+
+use ash::vk;
+
+use super::light_shape::LightShape;
+use crate::light_grid::Levels;
+use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Reservoir, Scatter, ShadowPoints};
+
+/// Sizes, capacities and modes of the hierarchy and of what is lit by it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LghShape {
+    /// The lights S0, and the reservoirs per pixel.
+    pub lights: LightShape,
+    /// Width and height of the picture.
+    pub picture_px: [u32; 2],
+    /// Interleaved sampling: n x n sub-images.
+    pub interleave: u32,
+    /// Levels of the hierarchy.
+    pub levels: Levels,
+    /// How grid lights send out their flux.
+    pub lobe: Lobe,
+    /// Where grid lights are.
+    pub center: Center,
+    /// First level used for lighting, 0 or 1.
+    pub first_level: u32,
+    /// Grid lights that fit, all levels together.
+    pub grid_capacity: u32,
+    /// Grid lights above S1 that fit.
+    pub upper_capacity: u32,
+    /// Where shadow rays end.
+    pub shadow_points: ShadowPoints,
+    /// How lights reach the pixels.
+    pub lighting: LightingMode,
+    /// How reservoirs are updated; `Exact` where lights are gathered.
+    pub reservoir: Reservoir,
+    /// How levels above S1 are built.
+    pub build: Build,
+    /// How lights are summed into S1; `Atomic` with `Build::Scatter`.
+    pub scatter: Scatter,
+    /// Filter of the shadow estimates.
+    pub filter: Filter,
+    /// Format of the additively blended lighting.
+    pub lighting_format: vk::Format,
+    /// Count the lights that each pixel tests (slower; for statistics frames).
+    pub count_overdraw: bool,
+}
+
+impl LghShape {
+    /// Size of one interleaved sub-image.
+    #[must_use]
+    pub fn sub_image_px(&self) -> [u32; 2] {
+        self.picture_px.map(|edge| edge.div_ceil(self.interleave))
+    }
+
+    /// Size of the interleaved layout: all sub-images side by side.
+    #[must_use]
+    pub fn interleaved_px(&self) -> [u32; 2] {
+        self.sub_image_px().map(|edge| edge * self.interleave)
+    }
+}

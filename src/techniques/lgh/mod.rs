@@ -1,0 +1,171 @@
+//! The lighting grid hierarchy.
+
+mod counts;
+mod dump;
+mod inspector;
+mod measure;
+mod passes;
+mod views;
+
+use serde_json::{Map, Value, json};
+
+use super::rules::require;
+use super::{Added, AddedView, Count, InspectorTable, Technique, TechniqueShape, many_lights};
+use crate::Result;
+use crate::dump::{Derived, Entry, Known};
+use crate::job::Job;
+use crate::passes::Frame;
+use crate::passes::gbuffer::GBuffer;
+use crate::passes::lgh_shape::LghShape;
+use crate::settings::{Filter, Settings, View, name};
+use crate::shared::{FrameData, InspectedPixel};
+use crate::uploaded_scene::UploadedScene;
+
+pub use measure::reservoir_mode;
+pub use passes::{HierarchyOutputs, build_hierarchy, construct};
+
+/// The technique.
+pub struct Lgh;
+
+impl Technique for Lgh {
+    fn name(&self) -> &'static str {
+        "lgh"
+    }
+
+    fn has_view(&self, view: View) -> bool {
+        match view {
+            View::Vpls
+            | View::Indirect
+            | View::ShadowRatio
+            | View::ShadowRatioFiltered
+            | View::SelectedLevel
+            | View::Overdraw
+            | View::LightCount
+            | View::LevelWeights => true,
+            View::Final | View::Albedo | View::Normal | View::Depth | View::Direct => false,
+        }
+    }
+
+    fn check(&self, settings: &Settings) -> Result<()> {
+        many_lights::check_settings(settings)?;
+        let view = settings.render.view;
+        if needs_shadows(view) {
+            settings.require_shadow_samples(&format!("view {}", name(&view)))?;
+        }
+        require(view != View::ShadowRatioFiltered || settings.lgh.filter != Filter::None, || {
+            let view = name(&view);
+            format!("view {view} needs a filter, and filter none is none: choose view shadow-ratio, or filter atrous")
+        })
+    }
+
+    fn check_unused(&self, settings: &Settings, chosen: &str) -> Result<()> {
+        require(settings.lgh.reservoir.is_none(), || {
+            format!("technique {chosen} has no reservoirs: leave reservoir out, or choose technique lgh")
+        })?;
+        require(settings.lgh.lighting.is_none(), || {
+            format!("technique {chosen} has no lights of a hierarchy: leave lighting out, or choose technique lgh")
+        })
+    }
+
+    fn own_lights(&self, scene: &UploadedScene, settings: &Settings) -> u32 {
+        many_lights::scene_lights(scene, settings)
+    }
+
+    fn shape(&self, job: &Job<'_>, known: Option<&dyn TechniqueShape>) -> Result<Box<dyn TechniqueShape>> {
+        many_lights::check_lights(job)?;
+        let mut shape = measure::base_shape(job)?;
+        if let Some(known) = known.and_then(|known| known.as_any().downcast_ref()) {
+            measure::take_measures(&mut shape, known);
+        } else if many_lights::needs_lights(job.settings.render.view) {
+            measure::measure(job, &mut shape)?;
+        }
+        Ok(Box::new(shape))
+    }
+
+    fn keeps_measures(&self, now: &Settings, before: &Settings) -> bool {
+        many_lights::keeps_measures(now, before, |settings| settings.lgh.measured())
+    }
+
+    fn dump_entries(&self) -> &'static [&'static [Entry]] {
+        &[many_lights::DUMP, dump::ENTRIES]
+    }
+}
+
+/// Whether a view shows what becomes of shadow samples.
+fn needs_shadows(view: View) -> bool {
+    matches!(view, View::ShadowRatio | View::ShadowRatioFiltered | View::SelectedLevel)
+}
+
+impl TechniqueShape for LghShape {
+    fn technique(&self) -> &'static dyn Technique {
+        &Lgh
+    }
+
+    fn write_constants(&self, job: &Job<'_>, data: &mut FrameData) {
+        many_lights::write_constants(&self.lights, job, data);
+        let settings = &job.settings.lgh;
+        data.size[2..].copy_from_slice(&self.sub_image_px());
+        data.sampling[0] = self.interleave;
+        data.sampling[2..].copy_from_slice(&[settings.shadow_from.min(self.levels.top), self.first_level]);
+        data.counts[0] = self.levels.top;
+        data.tuning[0] = settings.alpha;
+        data.levels = self.levels.table();
+    }
+
+    fn add_passes(&self, frame: &mut Frame, gbuffer: &GBuffer) -> Added {
+        passes::add(frame, self, gbuffer)
+    }
+
+    fn add_view(&self, frame: &mut Frame, gbuffer: &GBuffer, view: View) -> Option<AddedView> {
+        views::add(frame, self, gbuffer, view)
+    }
+
+    fn counts(&self, words: &[Vec<u32>]) -> Vec<Count> {
+        counts::counts(self, words)
+    }
+
+    fn complaint(&self, words: &[Vec<u32>]) -> Option<String> {
+        let lost_grid_lights = words.get(1).and_then(|table| table.last()).copied().unwrap_or(0);
+        many_lights::complaint(words, lost_grid_lights)
+    }
+
+    fn counting(&self) -> Option<Box<dyn TechniqueShape>> {
+        Some(Box::new(Self { count_overdraw: true, ..self.clone() }))
+    }
+
+    fn note_choices(&self, settings: &mut Settings) {
+        settings.lgh.reservoir = Some(self.reservoir);
+    }
+
+    fn level_range(&self) -> [u32; 2] {
+        [self.first_level, self.levels.top]
+    }
+
+    fn inspector_tables(&self, pixel: &InspectedPixel) -> Vec<InspectorTable> {
+        inspector::tables(self, pixel)
+    }
+
+    fn is_interleaved(&self) -> bool {
+        self.interleave > 1
+    }
+
+    fn manifest(&self) -> Map<String, Value> {
+        let sizes = json!({
+            "sub_image_px": self.sub_image_px(),
+            "interleaved_px": self.interleaved_px(),
+            "interleave": self.interleave,
+            "top_level": self.levels.top,
+            "first_level": self.first_level,
+            "slots": self.lights.slot_count(),
+            "light_capacity": self.lights.light_capacity(),
+            "grid_capacity": self.grid_capacity,
+            "upper_capacity": self.upper_capacity,
+            "shadow_samples": self.lights.shadow_samples,
+        });
+        sizes.as_object().cloned().unwrap_or_default()
+    }
+
+    fn derived(&self, resource: &str, bytes: &[u8], known: &Known<'_>, data: &FrameData) -> Option<Derived> {
+        (resource == "merged_lights").then(|| dump::blending_radii(bytes, known, data))?
+    }
+}

@@ -1,0 +1,187 @@
+//! The passes of the hierarchy in order.
+
+use super::super::{Added, InspectPass, TechniqueOutputs, many_lights};
+use crate::gpu::Work;
+use crate::graph::{BufferHandle, Graph};
+use crate::passes::compaction::{GridLights, Lights};
+use crate::passes::compose::Indirect;
+use crate::passes::descent::Descent;
+use crate::passes::gbuffer::GBuffer;
+use crate::passes::interleave::Composite;
+use crate::passes::lgh_shape::LghShape;
+use crate::passes::light_volumes::Lighting;
+use crate::passes::merge::MergedLights;
+use crate::passes::shadow_rays::{Samples, ShadowEstimates};
+use crate::passes::{
+    Frame, FrameShape, atrous, bounds, compaction, descent, grid_gather, grid_scatter, inspect, interleave,
+    light_buckets, light_gather, light_volumes, merge, shadow_rays,
+};
+use crate::settings::{Build, Filter, LightingMode, Scatter, ShadowPoints};
+
+/// Buffers of the hierarchy that outlive the frame.
+#[derive(Clone, Copy, Debug)]
+pub struct HierarchyOutputs {
+    /// S0.
+    pub lights: Lights,
+    /// Grid placement.
+    pub placement: BufferHandle,
+    /// Levels 1..=Lmax.
+    pub grid: GridLights,
+    /// The merged list.
+    pub merged: MergedLights,
+    /// The way from coarse lights to the lights they are made of, when shadow rays take it.
+    pub descent: Option<Descent>,
+    /// Lights that each pixel tests, where pixels are lit.
+    pub overdraw: Option<BufferHandle>,
+}
+
+impl HierarchyOutputs {
+    /// What the host can read of them.
+    pub(super) fn outputs(&self, shape: &LghShape) -> TechniqueOutputs {
+        let mut counters = vec![self.lights.counts, self.grid.level_table];
+        counters.extend(self.overdraw.filter(|_| shape.count_overdraw));
+        TechniqueOutputs::new(counters, *self)
+    }
+}
+
+/// All passes of a finished picture.
+pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Added {
+    let mut hierarchy = add_hierarchy(frame, shape);
+    let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
+    let shadows = lit.lighting.reservoirs.map(|_| {
+        let estimates = trace_shadows(frame, shape, gbuffer, &mut hierarchy, &lit);
+        filter_shadows(frame, shape, gbuffer, &lit, estimates)
+    });
+    let indirect = Indirect { lighting: lit.composite.lighting, shadows, has_share: false };
+    let (samples, shape_seen) = (samples(&hierarchy, &lit), shape.clone());
+    let inspect: InspectPass =
+        Box::new(move |frame, gbuffer, seen| inspect::add_with_lights(frame, &shape_seen, gbuffer, seen, &samples));
+    Added { indirect: Some(indirect), outputs: hierarchy.outputs(shape), inspect: Some(inspect) }
+}
+
+/// The hierarchy alone, over lights that the caller writes to the S0 buffers: how the stages are tested.
+#[must_use]
+pub fn build_hierarchy(frame: FrameShape, shape: &LghShape) -> (Graph<Work>, HierarchyOutputs) {
+    let mut frame = Frame::new(frame);
+    let lights = compaction::declare_lights(&mut frame, &shape.lights);
+    let mut hierarchy = add_grids(&mut frame, shape, lights);
+    hierarchy.descent = add_descent(&mut frame, shape, &hierarchy);
+    (frame.graph, hierarchy)
+}
+
+/// Traces the light paths and builds the hierarchy over their lights.
+pub(super) fn add_hierarchy(frame: &mut Frame, shape: &LghShape) -> HierarchyOutputs {
+    let lights = many_lights::add_lights(frame, &shape.lights);
+    add_grids(frame, shape, lights)
+}
+
+fn add_grids(frame: &mut Frame, shape: &LghShape, lights: Lights) -> HierarchyOutputs {
+    let placement = bounds::add(frame, &lights, &shape.lights);
+    let grid = construct(frame, shape, &lights, placement);
+    let merged = merge::add(frame, shape, &lights, placement, &grid);
+    HierarchyOutputs { lights, placement, grid, merged, descent: None, overdraw: None }
+}
+
+/// The unshadowed lighting, as it was summed and put together.
+pub(super) struct Lit {
+    pub(super) lighting: Lighting,
+    pub(super) composite: Composite,
+}
+
+pub(super) fn add_lighting(
+    frame: &mut Frame,
+    shape: &LghShape,
+    gbuffer: &GBuffer,
+    hierarchy: &mut HierarchyOutputs,
+) -> Lit {
+    let lighting = match shape.lighting {
+        LightingMode::Volumes => {
+            let depth = interleave::split_depth(frame, shape, gbuffer);
+            light_volumes::add(frame, shape, gbuffer, depth, hierarchy.placement, &hierarchy.merged)
+        }
+        LightingMode::Gather => {
+            let inputs = light_gather::Inputs {
+                lights: hierarchy.lights,
+                placement: hierarchy.placement,
+                grid: hierarchy.grid,
+                merged: hierarchy.merged,
+            };
+            light_gather::add(frame, shape, gbuffer, &inputs)
+        }
+    };
+    hierarchy.overdraw = Some(lighting.overdraw);
+    let composite = interleave::composite(frame, shape, gbuffer, lighting.image);
+    Lit { lighting, composite }
+}
+
+/// One ray for each light that a reservoir holds.
+pub(super) fn trace_shadows(
+    frame: &mut Frame,
+    shape: &LghShape,
+    gbuffer: &GBuffer,
+    hierarchy: &mut HierarchyOutputs,
+    lit: &Lit,
+) -> ShadowEstimates {
+    hierarchy.descent = add_descent(frame, shape, hierarchy);
+    shadow_rays::add(frame, shape, gbuffer, &samples(hierarchy, lit))
+}
+
+/// The lights and what was picked of them.
+fn samples(hierarchy: &HierarchyOutputs, lit: &Lit) -> Samples {
+    let HierarchyOutputs { lights, placement, grid, merged, descent, .. } = *hierarchy;
+    let Lighting { image, reservoirs, .. } = lit.lighting;
+    Samples { merged, lighting: image, reservoirs, lights, placement, grid, descent }
+}
+
+/// Takes the interleaving pattern and the noise out of the estimates.
+pub(super) fn filter_shadows(
+    frame: &mut Frame,
+    shape: &LghShape,
+    gbuffer: &GBuffer,
+    lit: &Lit,
+    estimates: ShadowEstimates,
+) -> ShadowEstimates {
+    let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, lit.lighting.image, estimates);
+    match shape.filter {
+        Filter::Atrous => atrous::add(frame, gbuffer, lit.composite.lighting, estimates),
+        Filter::None => estimates,
+    }
+}
+
+/// Adds the descent passes when shadow rays need them.
+fn add_descent(frame: &mut Frame, shape: &LghShape, hierarchy: &HierarchyOutputs) -> Option<Descent> {
+    let HierarchyOutputs { lights, placement, grid, .. } = hierarchy;
+    match shape.shadow_points {
+        ShadowPoints::Descent => Some(descent::add(frame, shape, lights, *placement, grid)),
+        ShadowPoints::Deviation => None,
+    }
+}
+
+/// The grids: S1 from the lights, the rest by gather, or everything by scatter.
+pub fn construct(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: BufferHandle) -> GridLights {
+    let top = shape.levels.top;
+    let mut grid = compaction::begin_grid(frame, shape);
+    match shape.build {
+        Build::Cascade | Build::Gather => {
+            compaction::mark_lights(frame, shape, lights, placement, &grid, 1, 1);
+            compaction::compact_levels(frame, shape, "S1", &grid, 1, 1);
+            match shape.scatter {
+                Scatter::Sorted => {
+                    let buckets = light_buckets::add(frame, shape, lights, placement);
+                    grid_scatter::add_sorted(frame, shape, lights, placement, &grid, &buckets);
+                    grid.buckets = Some(buckets);
+                }
+                Scatter::Atomic => grid_scatter::add(frame, shape, lights, placement, &grid, 1),
+            }
+            compaction::mark_grid_lights(frame, &grid);
+            compaction::compact_levels(frame, shape, "upper", &grid, 2, top);
+            grid_gather::add(frame, shape, placement, &grid);
+        }
+        Build::Scatter => {
+            compaction::mark_lights(frame, shape, lights, placement, &grid, 1, top);
+            compaction::compact_levels(frame, shape, "all", &grid, 1, top);
+            grid_scatter::add(frame, shape, lights, placement, &grid, top);
+        }
+    }
+    grid
+}

@@ -1,0 +1,72 @@
+//! Views of the hierarchy, each with only the passes that it needs.
+
+use super::super::{AddedView, many_lights};
+use super::passes::{HierarchyOutputs, add_hierarchy, add_lighting, filter_shadows, trace_shadows};
+use crate::graph::ImageHandle;
+use crate::passes::Frame;
+use crate::passes::debug_view::{self, SurfaceView};
+use crate::passes::gbuffer::GBuffer;
+use crate::passes::lgh_shape::LghShape;
+use crate::passes::light_shape::LightShape;
+use crate::passes::tone_map::{self, ToneMapped};
+use crate::settings::View;
+
+/// Adds the passes of a view.
+pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) -> Option<AddedView> {
+    let shape = &reduced(shape, view);
+    match view {
+        View::Final | View::Albedo | View::Normal | View::Depth | View::Direct => None,
+        View::Vpls => Some(many_lights::add_points(frame, &shape.lights, gbuffer)),
+        View::LightCount | View::LevelWeights => Some(light_sums(frame, shape, gbuffer, view)),
+        View::Indirect | View::ShadowRatio | View::ShadowRatioFiltered | View::SelectedLevel | View::Overdraw => {
+            Some(lighting(frame, shape, gbuffer, view))
+        }
+    }
+}
+
+/// The shape without what the view does not show: reservoirs unless their lights are looked at.
+fn reduced(shape: &LghShape, view: View) -> LghShape {
+    if super::needs_shadows(view) {
+        return shape.clone();
+    }
+    let lights = LightShape { shadow_samples: 0, ..shape.lights };
+    LghShape { lights, count_overdraw: view == View::Overdraw, ..shape.clone() }
+}
+
+fn shown(shape: &LghShape, values: ImageHandle, picture: ToneMapped, hierarchy: &HierarchyOutputs) -> AddedView {
+    AddedView { values, picture, outputs: hierarchy.outputs(shape) }
+}
+
+fn light_sums(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) -> AddedView {
+    let hierarchy = add_hierarchy(frame, shape);
+    let HierarchyOutputs { placement, merged, .. } = &hierarchy;
+    let shares = view == View::LevelWeights;
+    let sums = debug_view::sum_lights(frame, shape, gbuffer, *placement, merged, shares);
+    let picture = debug_view::colorize(frame, view, if shares { sums.mix } else { sums.values });
+    shown(shape, sums.values, picture, &hierarchy)
+}
+
+/// The views that need the lighting of the pixels.
+fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) -> AddedView {
+    let mut hierarchy = add_hierarchy(frame, shape);
+    let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
+    let values = match (view, lit.lighting.reservoirs) {
+        (View::Overdraw, _) => debug_view::show_overdraw(frame, lit.lighting.overdraw),
+        (View::SelectedLevel, Some(reservoirs)) => {
+            debug_view::show_chosen_levels(frame, shape, &hierarchy.merged, reservoirs)
+        }
+        (View::ShadowRatio | View::ShadowRatioFiltered, Some(_)) => {
+            let mut estimates = trace_shadows(frame, shape, gbuffer, &mut hierarchy, &lit);
+            if view == View::ShadowRatioFiltered {
+                estimates = filter_shadows(frame, shape, gbuffer, &lit, estimates);
+            }
+            debug_view::show_surface(frame, gbuffer, SurfaceView::ShadowRatio(estimates))
+        }
+        _ => debug_view::show_surface(frame, gbuffer, SurfaceView::Indirect(lit.composite.lighting)),
+    };
+    let picture = match view {
+        View::Indirect => tone_map::add(frame, values),
+        _ => debug_view::colorize(frame, view, values),
+    };
+    shown(shape, values, picture, &hierarchy)
+}

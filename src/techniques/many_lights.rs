@@ -1,0 +1,243 @@
+//! What the techniques of many lights share: the lights S0 and how many there are.
+
+use std::sync::Arc;
+
+use super::{AddedView, Count, TechniqueOutputs};
+use crate::dump::{Array, COUNT, Entry, Field, Known, METRES_AND_BITS, Scalar, all_words, buffer, f, noted, ranks, u};
+use crate::gpu::Executor;
+use crate::job::Job;
+use crate::passes::compaction::{self, Lights};
+use crate::passes::gbuffer::GBuffer;
+use crate::passes::light_shape::LightShape;
+use crate::passes::{Frame, FrameShape, debug_view, direct_light, vpl_trace};
+use crate::settings::{LightSet, Settings, View};
+use crate::shared::FrameData;
+use crate::uploaded_scene::UploadedScene;
+use crate::{Error, Result};
+
+/// Paths of the pilot run that measures how many VPLs a path leaves.
+const PILOT_PATHS: u32 = 16_384;
+/// Below this the scene is hardly hit, and the paths are what is limited.
+const FEW_VPLS_PER_PATH: f64 = 1.0 / 16.0;
+/// Room for other seeds than the one the capacities were measured with.
+pub(super) const CAPACITY_MARGIN: f64 = 1.25;
+
+/// Whether a view, or the finished picture, needs the lights S0.
+pub(super) fn needs_lights(view: View) -> bool {
+    !matches!(view, View::Albedo | View::Normal | View::Depth | View::Direct)
+}
+
+/// Point lights of the scene that are among the lights S0.
+pub(super) fn scene_lights(scene: &UploadedScene, settings: &Settings) -> u32 {
+    match settings.many_lights.lights {
+        LightSet::Vpl => 0,
+        LightSet::Scene | LightSet::Both => scene.light_count - scene.first_point_light,
+    }
+}
+
+/// Checks what does not depend on the scene.
+pub(super) fn check_settings(settings: &Settings) -> Result<()> {
+    let many_lights = &settings.many_lights;
+    if many_lights.lights != LightSet::Scene && many_lights.bounces == 0 {
+        return Err(Error::Usage(
+            "bounces 0 leaves no virtual point lights: give at least 1, or choose lights scene".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that the scene has the lights that are asked for.
+pub(super) fn check_lights(job: &Job<'_>) -> Result<()> {
+    if job.settings.many_lights.lights == LightSet::Scene && scene_lights(job.scene, job.settings) == 0 {
+        return Err(Error::Usage(
+            "--lights scene needs point lights, and the scene has none; use --lights vpl".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// The shape before anything is measured: no paths.
+pub(super) fn base_shape(job: &Job<'_>) -> LightShape {
+    let settings = &job.settings.many_lights;
+    LightShape {
+        path_count: 0,
+        bounces: settings.bounces,
+        vpl_capacity: 0,
+        scene_light_count: scene_lights(job.scene, job.settings),
+        shadow_samples: if settings.shadows.is_on() { settings.shadow_samples } else { 0 },
+    }
+}
+
+/// Takes over what another shape of the same lights was measured to need.
+pub(super) fn take_measures(shape: &mut LightShape, known: &LightShape) {
+    (shape.path_count, shape.vpl_capacity) = (known.path_count, known.vpl_capacity);
+}
+
+/// Whether two settings trace the same lights, where they trace any, and agree in what `also` tells.
+pub(super) fn keeps_measures<T: PartialEq>(now: &Settings, before: &Settings, also: impl Fn(&Settings) -> T) -> bool {
+    let needed = [now, before].map(|settings| needs_lights(settings.render.view));
+    let same = now.many_lights.traced() == before.many_lights.traced() && also(now) == also(before);
+    needed[0] == needed[1] && (same || !needed[0])
+}
+
+/// Writes the lights' part of the frame's constants.
+pub(super) fn write_constants(shape: &LightShape, job: &Job<'_>, data: &mut FrameData) {
+    data.sampling[1] = shape.shadow_samples;
+    data.counts[1..].copy_from_slice(&[shape.vpl_capacity, shape.path_count, shape.bounces]);
+    data.lights[1] -= shape.scene_light_count;
+    data.lights[3] = shape.scene_light_count;
+    data.tuning[1] = (job.settings.many_lights.clamp * job.scene.bounds.radius()).powi(2);
+}
+
+/// Adds the passes that trace the light paths and pack what they leave.
+pub(super) fn add_lights(frame: &mut Frame, shape: &LightShape) -> Lights {
+    let slots = vpl_trace::add(frame, shape);
+    compaction::pack_lights(frame, shape, &slots)
+}
+
+/// Adds the passes of the view `vpls`: the lights as points.
+pub(super) fn add_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffer) -> AddedView {
+    let lights = add_lights(frame, shape);
+    let direct = direct_light::add(frame, gbuffer);
+    let values = debug_view::draw_points(frame, shape, gbuffer, &lights);
+    let picture = debug_view::overlay_points(frame, values, direct, gbuffer.albedo);
+    AddedView { values, picture, outputs: TechniqueOutputs::new(vec![lights.counts], lights) }
+}
+
+/// Finds the number of paths and the capacity by tracing some paths.
+pub(super) fn measure_paths(job: &Job<'_>, shape: &mut LightShape) -> Result<()> {
+    let settings = &job.settings.many_lights;
+    if settings.lights == LightSet::Scene {
+        return Ok(());
+    }
+    let (vpls, bounces) = (f64::from(settings.vpls), f64::from(settings.bounces));
+    shape.path_count = PILOT_PATHS.min(settings.vpls);
+    shape.vpl_capacity = shape.slot_count();
+    let pilot = trace(job, shape)?.len() as u32 - shape.scene_light_count;
+    let vpls_per_path = f64::from(pilot.max(1)) / f64::from(shape.path_count);
+    let paths = (vpls / vpls_per_path).ceil();
+    // Where few paths hit anything, as many paths as fit must do.
+    if vpls_per_path >= FEW_VPLS_PER_PATH {
+        // A slot has 16 bytes.
+        check_fit(job, 16.0 * bounces / vpls_per_path * vpls)?;
+    }
+    let slots_that_fit = job.gpu.report().limits.storage_range_bytes as f64 / 16.0;
+    let most_paths = (slots_that_fit / bounces).min(vpls * 64.0);
+    shape.path_count = if pilot == 0 { 1 } else { paths.min(most_paths) as u32 };
+    shape.vpl_capacity = shape.slot_count().min((vpls * CAPACITY_MARGIN) as u32 + 1024);
+    Ok(())
+}
+
+/// Fails where the largest buffer, which grows with the number of VPLs, does not fit the device.
+pub(super) fn check_fit(job: &Job<'_>, largest_bytes: f64) -> Result<()> {
+    let limit = job.gpu.report().limits.storage_range_bytes as f64;
+    if largest_bytes <= limit {
+        return Ok(());
+    }
+    let vpls = job.settings.many_lights.vpls;
+    Err(Error::Usage(format!(
+        "--vpls {vpls} does not fit this device, whose storage buffers end at {} MiB; about {:.0} would fit",
+        limit as u64 >> 20,
+        (f64::from(vpls) * limit / largest_bytes / 1000.0 * 0.97).floor() * 1000.0
+    )))
+}
+
+/// Positions of the lights S0 for a shape.
+pub(super) fn trace(job: &Job<'_>, shape: &LightShape) -> Result<Vec<[f32; 3]>> {
+    let mut frame = Frame::new(FrameShape::new(job.settings));
+    let lights = add_lights(&mut frame, shape);
+    let mut executor = Executor::new(job.gpu, frame.graph, Some(Arc::clone(&job.scene.set)))?;
+    let mut data = job.frame_data();
+    write_constants(shape, job, &mut data);
+    let ticket = executor.submit(bytemuck::bytes_of(&data))?;
+    executor.wait(ticket)?;
+    let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&executor.read_buffer(lights.counts)?);
+    let positions: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&executor.read_buffer(lights.positions)?);
+    Ok(positions.iter().take(counts[0] as usize).map(|p| [p[0], p[1], p[2]]).collect())
+}
+
+/// What is counted of the lights S0; their counts are the first buffer.
+pub(super) fn counts(shape: &LightShape, words: &[Vec<u32>]) -> Vec<Count> {
+    let Some([_, vpls, ..]) = words.first().map(Vec::as_slice) else { return Vec::new() };
+    vec![Count::new("vpls", "virtual point lights", *vpls), Count::new("paths", "light paths", shape.path_count)]
+}
+
+/// A sentence about the VPLs, and the lights of grids, that did not fit.
+pub(super) fn complaint(words: &[Vec<u32>], grid_lights: u32) -> Option<String> {
+    let vpls = words.first()?.get(2).copied()?;
+    (vpls > 0 || grid_lights > 0)
+        .then(|| format!("{vpls} VPLs and {grid_lights} grid lights did not fit and were left out"))
+}
+
+/// Resources of the passes that make the lights S0.
+pub(super) const DUMP: &[Entry] = &[
+    buffer(
+        "vpl_slot_positions",
+        METRES_AND_BITS,
+        slot_positions,
+        "Positions and normals of the VPLs where the paths left them: bounce b of path p is slot p * bounces + b.",
+    ),
+    buffer("vpl_slot_fluxes", "flux", slot_fluxes, "Fluxes of the VPLs in the same slots."),
+    noted(buffer("vpl_slot_bits", "bits", all_words, "One bit for each slot, 1 where it holds a VPL.")),
+    buffer("vpl_slot_ranks", COUNT, ranks, "For each word of the slot bits the number of VPLs before it."),
+    buffer(
+        "light_positions",
+        METRES_AND_BITS,
+        light_positions,
+        "Positions and normals of the lights S0: the VPLs in slot order, then the scene's lights.",
+    ),
+    buffer(
+        "light_fluxes",
+        "flux",
+        light_fluxes,
+        "Fluxes of the lights S0; is_vpl is 1 for VPLs and 0 for lights that shine in all directions.",
+    ),
+    noted(buffer("light_counts", COUNT, light_counts, "Lights in S0, VPLs among them, and VPLs that did not fit.")),
+];
+
+/// Packed position and octahedral normal.
+fn position_fields() -> Vec<Field> {
+    vec![f("position_ws", &[3]), Field::new("normal_octahedral", Scalar::I16, &[2])]
+}
+
+fn flux_fields() -> Vec<Field> {
+    vec![f("flux", &[3]), f("is_vpl", &[])]
+}
+
+/// Records of 16 bytes in path slots, those without a VPL zeroed.
+fn slots(fields: Vec<Field>, bytes: &[u8], known: &Known<'_>) -> Array {
+    let count = bytes.len() / 16;
+    let mut array = Array::records(fields, &[count as u64], bytes);
+    let bits = known.words("vpl_slot_bits");
+    for slot in 0..count {
+        if bits.get(slot / 32).is_none_or(|word| word >> (slot % 32) & 1 == 0) {
+            array.bytes[16 * slot..16 * (slot + 1)].fill(0);
+        }
+    }
+    array
+}
+
+fn slot_positions(bytes: &[u8], known: &Known<'_>) -> Array {
+    slots(position_fields(), bytes, known)
+}
+
+fn slot_fluxes(bytes: &[u8], known: &Known<'_>) -> Array {
+    slots(flux_fields(), bytes, known)
+}
+
+/// Lights in S0.
+pub(super) fn light_count(known: &Known<'_>) -> u32 {
+    known.words("light_counts").first().copied().unwrap_or(0)
+}
+
+fn light_positions(bytes: &[u8], known: &Known<'_>) -> Array {
+    Array::records(position_fields(), &[light_count(known).into()], bytes)
+}
+
+fn light_fluxes(bytes: &[u8], known: &Known<'_>) -> Array {
+    Array::records(flux_fields(), &[light_count(known).into()], bytes)
+}
+
+fn light_counts(bytes: &[u8], _: &Known<'_>) -> Array {
+    Array::records(vec![u("lights", &[]), u("vpls", &[]), u("vpls_lost", &[])], &[1], bytes)
+}

@@ -9,7 +9,7 @@ use common::hierarchy::{Hierarchy, Options, Readback};
 use common::light_sets::uniform;
 use glam::{IVec3, Vec3};
 use gridlight::cpu::lights::LightList;
-use gridlight::settings::{Build, Center};
+use gridlight::settings::{CenterWeight, LevelBuild};
 
 /// Shares are float sums in another order than the light's own.
 const SUM_TOLERANCE: f32 = 1e-3;
@@ -19,12 +19,12 @@ const SHARE_TOLERANCE: f32 = 1e-5;
 const TABLE_WORDS: usize = 2 * 27 + 2;
 const REPRESENTATIVES: usize = 4;
 
-fn run(lights: &LightList, top: u32, build: Build) -> Readback {
+fn run(lights: &LightList, top: u32, build: LevelBuild) -> Readback {
     let test = common::gpu();
     let options = Options {
         top,
         build,
-        center: Center::Intensity,
+        center: CenterWeight::Intensity,
         interleave: 1,
         first_level: 1,
         light_capacity: lights.len().max(1) as u32,
@@ -95,7 +95,7 @@ fn a_light_is_the_sum_of_its_parts() {
     for (count, top) in [(1, 3), (2, 3), (257, 5), (5000, 6)] {
         // With the scatter build the identity of the weights is exact from S1 on; S1 centres stand in for the lights
         // in the gather build, which is exact from level 2 on.
-        for (build, first) in [(Build::Scatter, 2), (Build::Gather, 3)] {
+        for (build, first) in [(LevelBuild::Scatter, 2), (LevelBuild::Gather, 3)] {
             let gpu = run(&uniform(count, 5), top, build);
             for level in 2..=top {
                 let sums = if level < first { Ok(()) } else { check_sums(&gpu, level) };
@@ -108,7 +108,7 @@ fn a_light_is_the_sum_of_its_parts() {
 
 #[test]
 fn planted_faults_are_noticed() {
-    let gpu = run(&uniform(257, 5), 5, Build::Scatter);
+    let gpu = run(&uniform(257, 5), 5, LevelBuild::Scatter);
     let parts = gpu.tables[0] as usize;
     assert!(parts > 2);
     let fails = |what: &str, check: &dyn Fn(&Readback, u32) -> Verdict, plant: &dyn Fn(&mut Readback)| {
@@ -132,7 +132,7 @@ fn planted_faults_are_noticed() {
 fn every_s1_light_has_representatives_of_its_own_cells() {
     for count in [1, 2, 255, 257, 3000] {
         let lights = uniform(count, 6);
-        let gpu = run(&lights, 5, Build::Gather);
+        let gpu = run(&lights, 5, LevelBuild::Gather);
         let n = gpu.grid.levels.vertices_per_axis(1);
         let h = gpu.grid.cell_size(1);
         let origin = Vec3::from(gpu.grid.placement.origin_ws);
@@ -163,7 +163,7 @@ fn representatives_follow_luminance() {
         lights.fluxes[2 * pair] = [3.0, 3.0, 3.0, 1.0];
         lights.fluxes[2 * pair + 1] = [1.0, 1.0, 1.0, 1.0];
     }
-    let gpu = run(&lights, 7, Build::Gather);
+    let gpu = run(&lights, 7, LevelBuild::Gather);
     let range = gpu.table.range(1);
     let words = &gpu.representatives[range.start * REPRESENTATIVES..range.end * REPRESENTATIVES];
     let bright = words.iter().filter(|word| *word & 1 == 0).count();

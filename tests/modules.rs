@@ -173,6 +173,23 @@ fn a_planted_circle_is_found() {
     }
 }
 
+/// Folders of modules whose root is a file beside them.
+fn roots_beside_their_folder(folder: &Path, found: &mut Vec<String>) {
+    for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {
+        if path.with_extension("rs").exists() {
+            found.push(path.display().to_string());
+        }
+        roots_beside_their_folder(&path, found);
+    }
+}
+
+#[test]
+fn the_root_of_a_folder_of_modules_is_its_mod_rs() {
+    let mut found = Vec::new();
+    roots_beside_their_folder(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
+    assert_eq!(found, [""; 0]);
+}
+
 #[test]
 fn rooms_import_from_the_layers_below() {
     let rooms = rooms();

@@ -10,7 +10,7 @@ use glam::Vec3;
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
 use gridlight::scene::{Light, Scene};
-use gridlight::settings::{Filter, Settings, Size, Switch, Technique};
+use gridlight::settings::{Settings, ShadowFilter, Size, Switch, Technique};
 
 fn settings(technique: Technique) -> Settings {
     Settings::default().changed(|s| {
@@ -19,7 +19,7 @@ fn settings(technique: Technique) -> Settings {
         s.many_lights.vpls = 1000;
         s.many_lights.clamp = 0.0;
         s.path_trace.samples = 64;
-        s.lgh.filter = Filter::None;
+        s.lgh.filter = ShadowFilter::None;
         s.lgh.alpha = 2.0;
     })
 }

@@ -7,7 +7,7 @@ use common::rooms::roofed_floor;
 use gridlight::cpu::reservoir::{Stream, select_exact, select_streaming};
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::Scene;
-use gridlight::settings::{Filter, Reservoir, Settings, ShadowPoints, Size};
+use gridlight::settings::{Reservoir, Settings, ShadowFilter, ShadowPoints, Size};
 
 const PIXELS: u32 = 1 << 20;
 const SAMPLES: u32 = 4;
@@ -78,7 +78,7 @@ fn settings(reservoir: Reservoir, seed: u32) -> Settings {
         s.many_lights.vpls = 1000;
         s.many_lights.shadow_samples = 8;
         s.lgh.reservoir = Some(reservoir);
-        s.lgh.filter = Filter::None;
+        s.lgh.filter = ShadowFilter::None;
         s.tracing.seed = seed;
     })
 }

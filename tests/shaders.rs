@@ -14,7 +14,7 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    Build, Filter, Levels, LightSet, LightingMode, Rays, Reservoir, Settings, Size, Switch, Technique, View,
+    LevelBuild, Levels, LightSet, LightingMode, Rays, Reservoir, Settings, ShadowFilter, Size, Switch, Technique, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -109,10 +109,13 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
             s.lgh.levels = Levels::Auto;
         }),
     ];
-    let mut others =
-        [(Build::Gather, Filter::Atrous, 1), (Build::Scatter, Filter::None, 0), (Build::Cascade, Filter::Atrous, 0)]
-            .into_iter()
-            .cycle();
+    let mut others = [
+        (LevelBuild::Gather, ShadowFilter::Atrous, 1),
+        (LevelBuild::Scatter, ShadowFilter::None, 0),
+        (LevelBuild::Cascade, ShadowFilter::Atrous, 0),
+    ]
+    .into_iter()
+    .cycle();
     for interleave in [1, 2, 4] {
         for shadow_samples in [0, 1, 16] {
             for (lighting, reservoir) in lightings(reservoirs) {
@@ -130,7 +133,9 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
             }
         }
     }
-    for (build, filter, first_level) in [(Build::Gather, Filter::None, 0), (Build::Scatter, Filter::Atrous, 1)] {
+    for (build, filter, first_level) in
+        [(LevelBuild::Gather, ShadowFilter::None, 0), (LevelBuild::Scatter, ShadowFilter::Atrous, 1)]
+    {
         for shadow_samples in [0, 4] {
             modes.push(small().changed(|s| {
                 s.lgh.build = build;
@@ -160,12 +165,12 @@ fn render(
     settings: &Settings,
 ) -> BTreeSet<String> {
     let mut renderer = Renderer::new(&Job::new(gpu, scene, camera, settings)).unwrap();
-    let (count_overdraw, inspect) = (settings.lgh.first_level == 0, settings.many_lights.shadow_samples != 1);
-    if count_overdraw || inspect {
+    let (count_lights_tested, inspect) = (settings.lgh.first_level == 0, settings.many_lights.shadow_samples != 1);
+    if count_lights_tested || inspect {
         let mut shapes = renderer.shapes().clone();
         shapes.frame.inspect = inspect;
         if let Some(lgh) = shapes.of_mut::<LghShape>() {
-            lgh.count_overdraw = count_overdraw;
+            lgh.count_lights_tested = count_lights_tested;
         }
         renderer = Renderer::with_shapes(&Job::new(gpu, scene, camera, settings), shapes).unwrap();
     }

@@ -15,7 +15,7 @@ use gridlight::cpu::lights::LightList;
 use gridlight::gpu::Executor;
 use gridlight::light_grid::Levels;
 use gridlight::passes::{Frame, bounds, compaction, light_buckets};
-use gridlight::settings::{Build, Center};
+use gridlight::settings::{CenterWeight, LevelBuild};
 use gridlight::shared::GridPlacement;
 
 /// Lists up to this length are sorted (`light_buckets/sort_bucket`).
@@ -43,8 +43,8 @@ fn list(test: &common::GpuTest, lights: &LightList, top: u32) -> Lists {
     let count = lights.len() as u32;
     let options = Options {
         top,
-        build: Build::Cascade,
-        center: Center::Intensity,
+        build: LevelBuild::Cascade,
+        center: CenterWeight::Intensity,
         interleave: 1,
         first_level: 1,
         light_capacity: count + SPARE,
@@ -64,7 +64,7 @@ fn list(test: &common::GpuTest, lights: &LightList, top: u32) -> Lists {
     let written = Written::by_graph(&executor, &data);
     let placement: Vec<GridPlacement> = written.last("grid_placement");
     Lists {
-        grid: Grid { placement: placement[0], levels: Levels::new(top), center: Center::Intensity },
+        grid: Grid { placement: placement[0], levels: Levels::new(top), center: CenterWeight::Intensity },
         cells: written.last("light_bucket_cells"),
         ranks: written.last("light_bucket_ranks"),
         starts: written.last("light_bucket_starts"),

@@ -16,7 +16,7 @@ use gridlight::passes::{Frame, compaction};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::upload::{self, PreparedScene};
 use gridlight::scene::{Light, Scene, bvh};
-use gridlight::settings::{Build, Center};
+use gridlight::settings::{CenterWeight, LevelBuild};
 
 /// A sun and three lamps.
 fn scene() -> Scene {
@@ -51,8 +51,8 @@ fn upload(test: &common::GpuTest, scene: &Scene, prepared: &PreparedScene) -> Ar
 fn pack(test: &common::GpuTest, slots: &LightList, bits: &[u32], vpl_capacity: u32) -> (LightList, [u32; 3]) {
     let options = Options {
         top: 2,
-        build: Build::Gather,
-        center: Center::Intensity,
+        build: LevelBuild::Gather,
+        center: CenterWeight::Intensity,
         interleave: 1,
         first_level: 1,
         light_capacity: 1,

@@ -21,18 +21,18 @@ use gridlight::cpu::place_grid::place_grid;
 use gridlight::cpu::reduce_bounds::reduce_bounds;
 use gridlight::cpu::resolve_moments::resolve_moments;
 use gridlight::cpu::scatter_lights::scatter_lights;
-use gridlight::settings::{Build, Center};
+use gridlight::settings::{CenterWeight, LevelBuild};
 use gridlight::shared::{GridLight, GridPlacement};
 
 const CAPACITY: u32 = 20_000;
 /// Negative fixed-point terms are stored to this part of the largest flux.
 const RESOLUTION: f32 = gridlight::cpu::fixed_point::SMALLEST;
 
-fn options(top: u32, build: Build) -> Options {
+fn options(top: u32, build: LevelBuild) -> Options {
     Options {
         top,
         build,
-        center: Center::Intensity,
+        center: CenterWeight::Intensity,
         interleave: 1,
         first_level: 1,
         light_capacity: CAPACITY,
@@ -49,18 +49,18 @@ fn compare_placement(gpu: &GridPlacement, twin: &GridPlacement) -> Verdict {
 }
 
 /// Occupancy, ranks and level table, exactly; then the grid lights.
-fn compare_with_twin(gpu: &Readback, lights: &LightList, build: Build, capacity: u32, radius: f32) -> Verdict {
+fn compare_with_twin(gpu: &Readback, lights: &LightList, build: LevelBuild, capacity: u32, radius: f32) -> Verdict {
     compare_placement(&gpu.grid.placement, &place_grid(&reduce_bounds(lights), lights.len() as u32, radius))?;
     let (grid, levels, top) = (&gpu.grid, gpu.grid.levels, gpu.grid.levels.top);
     let words = levels.total_words() as usize;
     let mut occupancy = vec![0; words + 1];
-    let scattered = if build == Build::Scatter { top } else { 1 };
+    let scattered = if build == LevelBuild::Scatter { top } else { 1 };
     mark_lights(&mut occupancy, grid, lights, 1..=scattered);
-    if build != Build::Scatter {
+    if build != LevelBuild::Scatter {
         mark_grid_lights(&mut occupancy, grid, &gpu.lights[gpu.table.range(1)]);
     }
     compare::exact("occupancy", &gpu.occupancy, &occupancy)?;
-    let ranges = if build == Build::Scatter { vec![1..=top] } else { vec![1..=1, 2..=top] };
+    let ranges = if build == LevelBuild::Scatter { vec![1..=top] } else { vec![1..=1, 2..=top] };
     let mut ranks = vec![u32::MAX; words + 1];
     let mut table = LevelTable::default();
     let mut twin = vec![bytemuck::Zeroable::zeroed(); gpu.lights.len()];
@@ -77,7 +77,7 @@ fn compare_with_twin(gpu: &Readback, lights: &LightList, build: Build, capacity:
         scatter_lights(&mut moments, lights, grid, &occupancy, &ranks, &table, level);
         resolve_moments(&mut twin, &moments, grid, &table, level);
     }
-    if build == Build::Gather {
+    if build == LevelBuild::Gather {
         // From the S1 of the GPU, so that its rounding does not count twice.
         let s1 = table.range(1);
         let computed = twin[s1.clone()].to_vec();
@@ -85,7 +85,7 @@ fn compare_with_twin(gpu: &Readback, lights: &LightList, build: Build, capacity:
         (2..=top).for_each(|level| gather_vertex(&mut twin, grid, &occupancy, &ranks, &table, level));
         twin[s1].copy_from_slice(&computed);
     }
-    if build == Build::Cascade {
+    if build == LevelBuild::Cascade {
         for level in 2..=top {
             let mut lights = gpu.lights.clone();
             gather_below(&mut lights, grid, &table, level);
@@ -99,7 +99,7 @@ fn compare_with_twin(gpu: &Readback, lights: &LightList, build: Build, capacity:
 fn compare_merged(gpu: &Readback, lights: &LightList) -> Verdict {
     let tiles = deal_tiles(&gpu.table, gpu.deal);
     // Entries of unused levels are never written.
-    for (tile, entries) in tiles.chunks_exact(gridlight::cpu::deal_tiles::TILE_STRIDE).enumerate() {
+    for (tile, entries) in tiles.chunks_exact(gridlight::cpu::deal_tiles::SUB_IMAGE_STRIDE).enumerate() {
         let used = gpu.deal.first_level as usize..=gpu.deal.top_level as usize + 1;
         let first = tile * entries.len();
         compare::exact("tiles", &gpu.tiles[first..][used.clone()], &entries[used])?;
@@ -113,10 +113,10 @@ fn check_invariants(gpu: &Readback, lights: &LightList) -> Verdict {
     compare::none_is_empty_or_astray(&gpu.lights, &gpu.grid, RESOLUTION)
 }
 
-const BUILDS: [Build; 3] = [Build::Cascade, Build::Gather, Build::Scatter];
+const BUILDS: [LevelBuild; 3] = [LevelBuild::Cascade, LevelBuild::Gather, LevelBuild::Scatter];
 
 /// All builds, for agreement with the twin, the invariants, and agreement with each other.
-fn check(hierarchies: &mut [(Build, Hierarchy)], case: &Case) -> Verdict {
+fn check(hierarchies: &mut [(LevelBuild, Hierarchy)], case: &Case) -> Verdict {
     let mut s1 = Vec::new();
     for (build, hierarchy) in hierarchies {
         let capacity = hierarchy.grid_capacity();
@@ -197,7 +197,7 @@ fn fluxes_over_twelve_decades_match_the_twin() {
 fn the_dimmest_lights_stay_within_a_cell() {
     let test = common::gpu();
     for top in [2, 5, 7] {
-        let mut hierarchy = Hierarchy::new(&test.gpu, options(top, Build::Gather));
+        let mut hierarchy = Hierarchy::new(&test.gpu, options(top, LevelBuild::Gather));
         let case = wide_fluxes(6);
         let gpu = hierarchy.run(&case.lights, case.scene_radius);
         compare::none_is_empty_or_astray(&gpu.lights, &gpu.grid, RESOLUTION).unwrap();
@@ -212,13 +212,13 @@ fn unweighted_centres_match_the_twin() {
         Case { name: "fluxes from 1e-2 to 1e2", ..wide_fluxes(2) },
     ];
     for build in BUILDS {
-        let mut hierarchy = Hierarchy::new(&test.gpu, Options { center: Center::Uniform, ..options(5, build) });
+        let mut hierarchy = Hierarchy::new(&test.gpu, Options { center: CenterWeight::Uniform, ..options(5, build) });
         let capacity = hierarchy.grid_capacity();
         for case in &cases {
             let mut gpu = hierarchy.run(&case.lights, case.scene_radius);
             let twin = |gpu: &Readback| compare_with_twin(gpu, &case.lights, build, capacity, case.scene_radius);
             twin(&gpu).unwrap_or_else(|e| panic!("{}, {build:?}: {e}", case.name));
-            gpu.grid.center = Center::Intensity;
+            gpu.grid.center = CenterWeight::Intensity;
             assert!(twin(&gpu).is_err(), "{}, {build:?}: weighted centres are the same", case.name);
         }
     }
@@ -228,7 +228,7 @@ fn unweighted_centres_match_the_twin() {
 const CENTRE_TOLERANCE: f32 = 1e-4;
 
 /// The centres of all grid lights by their formula: the mean position of the lights about a vertex, each by its
-/// trilinear weight and, with [`Center::Intensity`], its luminance.
+/// trilinear weight and, with [`CenterWeight::Intensity`], its luminance.
 fn compare_centres(gpu: &Readback, lights: &LightList) -> Verdict {
     for level in 1..=gpu.grid.levels.top {
         let cells: Vec<Vec3> =
@@ -240,8 +240,8 @@ fn compare_centres(gpu: &Readback, lights: &LightList) -> Verdict {
                 let offset = cells.as_dvec3() - vertex;
                 let hat = (DVec3::ONE - offset.abs()).max(DVec3::ZERO).element_product();
                 let counts = match gpu.grid.center {
-                    Center::Intensity => hat * f64::from(luminance(lights.flux(index))),
-                    Center::Uniform => hat,
+                    CenterWeight::Intensity => hat * f64::from(luminance(lights.flux(index))),
+                    CenterWeight::Uniform => hat,
                 };
                 sum += counts * offset;
                 total += counts;
@@ -261,9 +261,11 @@ fn compare_centres(gpu: &Readback, lights: &LightList) -> Verdict {
 fn centres_are_weighted_means() {
     let test = common::gpu();
     let lights = uniform(700, 15);
-    for (center, other) in [(Center::Intensity, Center::Uniform), (Center::Uniform, Center::Intensity)] {
+    for (center, other) in
+        [(CenterWeight::Intensity, CenterWeight::Uniform), (CenterWeight::Uniform, CenterWeight::Intensity)]
+    {
         // Only scattering is the formula at every level; gathering goes by the centres below.
-        let mut hierarchy = Hierarchy::new(&test.gpu, Options { center, ..options(5, Build::Scatter) });
+        let mut hierarchy = Hierarchy::new(&test.gpu, Options { center, ..options(5, LevelBuild::Scatter) });
         let mut gpu = hierarchy.run(&lights, 5.0);
         compare_centres(&gpu, &lights).unwrap_or_else(|e| panic!("{center:?}: {e}"));
         let mut moved = gpu.clone();
@@ -278,12 +280,12 @@ fn centres_are_weighted_means() {
 fn lights_are_dealt_to_sub_images() {
     let test = common::gpu();
     for (interleave, first_level) in [(2, 1), (4, 1), (2, 0), (1, 0)] {
-        let options = Options { interleave, first_level, light_capacity: 600, ..options(4, Build::Gather) };
+        let options = Options { interleave, first_level, light_capacity: 600, ..options(4, LevelBuild::Gather) };
         let mut hierarchy = Hierarchy::new(&test.gpu, options);
         for count in [600, 3, 0] {
             let lights = uniform(count, 11);
             let gpu = hierarchy.run(&lights, 5.0);
-            let verdict = compare_with_twin(&gpu, &lights, Build::Gather, hierarchy.grid_capacity(), 5.0);
+            let verdict = compare_with_twin(&gpu, &lights, LevelBuild::Gather, hierarchy.grid_capacity(), 5.0);
             verdict.unwrap_or_else(|e| panic!("interleave {interleave}, first level {first_level}, {count}: {e}"));
         }
     }
@@ -306,7 +308,7 @@ fn lights_past_the_capacity_are_counted_not_written() {
 fn planted_faults_are_noticed() {
     let test = common::gpu();
     let lights = uniform(257, 13);
-    let mut hierarchy = Hierarchy::new(&test.gpu, Options { light_capacity: 257, ..options(3, Build::Gather) });
+    let mut hierarchy = Hierarchy::new(&test.gpu, Options { light_capacity: 257, ..options(3, LevelBuild::Gather) });
     let capacity = hierarchy.grid_capacity();
     let mut fails = |what: &str, plant: &dyn Fn(&mut Readback), check: &dyn Fn(&Readback) -> Verdict| {
         let mut gpu = hierarchy.run(&lights, 5.0);
@@ -314,7 +316,7 @@ fn planted_faults_are_noticed() {
         plant(&mut gpu);
         assert!(check(&gpu).is_err(), "{what}: not noticed");
     };
-    let twin = |gpu: &Readback| compare_with_twin(gpu, &lights, Build::Gather, capacity, 5.0);
+    let twin = |gpu: &Readback| compare_with_twin(gpu, &lights, LevelBuild::Gather, capacity, 5.0);
     fails("an occupancy bit", &|gpu| gpu.occupancy[3] ^= 1, &twin);
     fails("a rank off by one", &|gpu| gpu.ranks[7] += 1, &twin);
     fails("a count off by one", &|gpu| gpu.table.0[5] -= 1, &twin);
@@ -348,7 +350,7 @@ fn lights_of_both_comparators_must_be_as_many() {
     let grid = gridlight::cpu::grid::Grid {
         placement: bytemuck::Zeroable::zeroed(),
         levels: gridlight::light_grid::Levels::new(2),
-        center: Center::Intensity,
+        center: CenterWeight::Intensity,
     };
     assert!(compare::grid_lights(&[light], &[], &grid, 0).is_err());
     assert!(compare::exact("words", &[1, 2], &[1]).is_err());

@@ -12,7 +12,7 @@ use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
-use gridlight::settings::{Center, LightingMode, Lobe, Settings, Size, Switch};
+use gridlight::settings::{CenterWeight, LightingMode, Lobe, Settings, Size, Switch};
 use gridlight::shared::{GridLight, GridPlacement};
 use gridlight::techniques::lgh::HierarchyOutputs;
 
@@ -45,7 +45,7 @@ fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Gri
     let radiance = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
     let hierarchy = renderer.outputs().technique.of::<HierarchyOutputs>().unwrap();
     let read = |buffer| renderer.executor().read_buffer(buffer).unwrap();
-    let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.tiles));
+    let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.sub_images));
     let levels = renderer.shapes().of::<LghShape>().unwrap().levels;
     let mut lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
     lights.truncate(tiles[levels.top as usize + 1] as usize);
@@ -150,9 +150,9 @@ const LOBES: [Lobe; 4] = [Lobe::Mixture, Lobe::ClampedNormal, Lobe::Sh1, Lobe::S
 fn every_lobe_and_centre_is_its_formula() {
     let scene = room();
     for (lobe, center, first_level) in LOBES
-        .map(|lobe| (lobe, Center::Intensity, 1))
+        .map(|lobe| (lobe, CenterWeight::Intensity, 1))
         .into_iter()
-        .chain([(Lobe::Mixture, Center::Uniform, 1), (Lobe::Sh1, Center::Uniform, 0)])
+        .chain([(Lobe::Mixture, CenterWeight::Uniform, 1), (Lobe::Sh1, CenterWeight::Uniform, 0)])
     {
         for mode in [LightingMode::Volumes, LightingMode::Gather] {
             let settings = settings(mode, 1.0, first_level).changed(|s| {

@@ -10,7 +10,7 @@ use gridlight::gpu::Executor;
 use gridlight::passes::Frame;
 use gridlight::passes::exclusive_scan::{self as pass, ScanRange};
 use gridlight::passes::lgh_shape::LghShape;
-use gridlight::settings::{Build, Center};
+use gridlight::settings::{CenterWeight, LevelBuild};
 
 /// Words before the scanned range, which must stay as they are.
 const BEFORE: usize = 5;
@@ -18,8 +18,8 @@ const BEFORE: usize = 5;
 fn any_shape() -> LghShape {
     shape(Options {
         top: 2,
-        build: Build::Gather,
-        center: Center::Intensity,
+        build: LevelBuild::Gather,
+        center: CenterWeight::Intensity,
         interleave: 1,
         first_level: 1,
         light_capacity: 1,

@@ -19,7 +19,7 @@ use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
-use gridlight::settings::{Filter, Reservoir, Settings, Size, Technique, View};
+use gridlight::settings::{Reservoir, Settings, ShadowFilter, Size, Technique, View};
 use gridlight::shared::{GridLight, GridPlacement, MAX_LEVEL};
 use gridlight::techniques::lgh::HierarchyOutputs;
 use gridlight::views::{LEVEL_COLORS, NO_VALUE};
@@ -200,7 +200,7 @@ fn the_ratio_turns_the_unshadowed_light_into_the_picture() {
         return;
     }
     let scene = room();
-    for (filter, view) in [(Filter::None, View::ShadowRatio), (Filter::Atrous, View::ShadowRatioFiltered)] {
+    for (filter, view) in [(ShadowFilter::None, View::ShadowRatio), (ShadowFilter::Atrous, View::ShadowRatioFiltered)] {
         let [whole, direct, indirect, ratio] = [View::Final, View::Direct, View::Indirect, view]
             .map(|view| see(&test, &scene, &settings(view).changed(|s| s.lgh.filter = filter)).values);
         for i in 0..whole.len() {
@@ -211,11 +211,11 @@ fn the_ratio_turns_the_unshadowed_light_into_the_picture() {
 }
 
 #[test]
-fn overdraw_is_what_the_statistics_count() {
+fn lights_tested_are_what_the_statistics_count() {
     let test = common::gpu();
     let scene = room();
     for interleave in [1, 2, 4] {
-        let seen = see(&test, &scene, &settings(View::Overdraw).changed(|s| s.lgh.interleave = interleave));
+        let seen = see(&test, &scene, &settings(View::LightsTested).changed(|s| s.lgh.interleave = interleave));
         let settings = settings(View::Final).changed(|s| s.lgh.interleave = interleave);
         let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
         let whole = see(&test, &scene, &settings);
@@ -234,7 +234,7 @@ fn overdraw_is_what_the_statistics_count() {
 fn merged_lights(renderer: &Renderer) -> (Vec<Vec<GridLight>>, Grid) {
     let hierarchy = renderer.outputs().technique.of::<HierarchyOutputs>().unwrap();
     let read = |buffer| renderer.executor().read_buffer(buffer).unwrap();
-    let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.tiles));
+    let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.sub_images));
     let lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
     let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
     let shape: &LghShape = renderer.shapes().of().unwrap();
@@ -384,13 +384,13 @@ fn views_that_are_not_there_are_refused() {
     let scene = room();
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     for (settings, words) in [
-        (settings(View::Overdraw).changed(|s| s.render.technique = Technique::Direct), ["direct", "overdraw"]),
+        (settings(View::LightsTested).changed(|s| s.render.technique = Technique::Direct), ["direct", "lights-tested"]),
         (
             settings(View::ShadowRatio).changed(|s| s.many_lights.shadow_samples = 0),
             ["shadow-samples 0", "shadow-ratio"],
         ),
         (
-            settings(View::ShadowRatioFiltered).changed(|s| s.lgh.filter = Filter::None),
+            settings(View::ShadowRatioFiltered).changed(|s| s.lgh.filter = ShadowFilter::None),
             ["filter none", "shadow-ratio-filtered"],
         ),
         (settings(View::Vpls).changed(|s| s.render.technique = Technique::PathTrace), ["path-trace", "vpls"]),
@@ -417,6 +417,6 @@ fn the_program_writes_a_view_and_refuses_what_is_not_there() {
     command.args(options).args(["--technique", "direct", "--view", "overdraw", "--output", &none]);
     let run = support::run(command);
     assert_eq!((run.code, run.stderr.lines().count()), (Some(2), 1), "{}", run.stderr);
-    assert!(["direct", "overdraw"].iter().all(|word| run.stderr.contains(word)), "{}", run.stderr);
+    assert!(["direct", "lights-tested"].iter().all(|word| run.stderr.contains(word)), "{}", run.stderr);
     assert!(!std::path::Path::new(&none).exists());
 }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::*;
 use crate::settings::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir,
-    Scatter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
+    CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays,
+    RenderScale, Reservoir, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -73,7 +73,7 @@ fn every_option_arrives() {
         s.lgh.levels = Levels::Fixed(6);
         s.lgh.alpha = 2.0;
         s.lgh.lobe = Lobe::Sh1;
-        s.lgh.center = Center::Uniform;
+        s.lgh.center = CenterWeight::Uniform;
         s.lgh.first_level = 0;
         s.lgh.interleave = 4;
         s.many_lights.shadow_samples = 16;
@@ -83,9 +83,9 @@ fn every_option_arrives() {
         s.lgh.lighting = Some(LightingMode::Volumes);
         s.lgh.reservoir = Some(Reservoir::Race);
         s.tracing.rays = Rays::Query;
-        s.lgh.build = Build::Scatter;
-        s.lgh.scatter = Some(Scatter::Atomic);
-        s.lgh.filter = Filter::None;
+        s.lgh.build = LevelBuild::Scatter;
+        s.lgh.scatter = Some(FirstLevelBuild::Atomic);
+        s.lgh.filter = ShadowFilter::None;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 9.0;
         s.tracing.seed = 9;

@@ -6,7 +6,7 @@ use glam::{UVec3, Vec3};
 
 use super::count_lights::LevelTable;
 use super::grid::{Grid, s1_vertex_in_cells};
-use crate::settings::Center;
+use crate::settings::CenterWeight;
 use crate::shared::{GATHER_SIZE, GridLight};
 
 /// Sums over S1 lights, positions relative to the vertex in cells of the gathering level.
@@ -117,7 +117,7 @@ impl Moments {
         let wm = weight * light.luminance;
         sums.flux += weight * Vec3::from_array(light.flux);
         sums.weight += weight * light.weight;
-        let wp = if grid.center == Center::Uniform { weight * light.weight } else { wm };
+        let wp = if grid.center == CenterWeight::Uniform { weight * light.weight } else { wm };
         sums.position += wp * q;
         sums.luminance += wm;
         sums.square += wp * (Vec3::from_array(light.variance) / (h * h) + q * q);
@@ -128,7 +128,7 @@ impl Moments {
 pub(super) fn store_light(light: &mut GridLight, sums: Moments, vertex: Vec3, grid: &Grid, level: u32) {
     let h = grid.cell_size(level);
     let wm = sums.luminance.max(1e-37);
-    let wp = if grid.center == Center::Uniform { sums.weight.max(1e-37) } else { wm };
+    let wp = if grid.center == CenterWeight::Uniform { sums.weight.max(1e-37) } else { wm };
     let mean = sums.position / wp;
     light.position_ws = (Vec3::from_array(grid.placement.origin_ws) + (vertex + mean) * h).to_array();
     light.luminance = wm;

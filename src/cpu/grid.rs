@@ -3,7 +3,7 @@
 use glam::{UVec3, Vec3};
 
 use crate::light_grid::Levels;
-use crate::settings::Center;
+use crate::settings::CenterWeight;
 use crate::shared::GridPlacement;
 
 /// Where the grids stand and how many levels they have.
@@ -14,7 +14,7 @@ pub struct Grid {
     /// The levels.
     pub levels: Levels,
     /// How lights count in positions.
-    pub center: Center,
+    pub center: CenterWeight,
 }
 
 impl Grid {
@@ -94,7 +94,7 @@ mod tests {
             light_count: 1,
             padding: 0,
         };
-        Grid { placement, levels: Levels::new(top), center: Center::Intensity }
+        Grid { placement, levels: Levels::new(top), center: CenterWeight::Intensity }
     }
 
     #[test]

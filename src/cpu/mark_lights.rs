@@ -47,7 +47,7 @@ mod tests {
             light_count: 1,
             padding: 0,
         };
-        let grid = Grid { placement, levels: Levels::new(2), center: crate::settings::Center::Intensity };
+        let grid = Grid { placement, levels: Levels::new(2), center: crate::settings::CenterWeight::Intensity };
         let marked = |position: [f32; 3]| {
             let mut lights = LightList::default();
             lights.push(position, 0, [1.0; 3], false);

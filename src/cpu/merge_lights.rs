@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::count_lights::LevelTable;
-use super::deal_tiles::{Deal, TILE_STRIDE};
+use super::deal_tiles::{Deal, SUB_IMAGE_STRIDE};
 use super::lights::{LightList, luminance};
 use crate::shared::GridLight;
 
@@ -13,24 +13,24 @@ pub fn merge_lights(
     grid_lights: &[GridLight],
     lights: &LightList,
     table: &LevelTable,
-    tiles: &[u32],
+    sub_images: &[u32],
     deal: Deal,
 ) -> Vec<GridLight> {
-    let total = tiles[tiles.len() - TILE_STRIDE + deal.top_level as usize + 1];
+    let total = sub_images[sub_images.len() - SUB_IMAGE_STRIDE + deal.top_level as usize + 1];
     let mut merged: Vec<GridLight> = vec![bytemuck::Zeroable::zeroed(); total as usize];
     let mut put = |light: GridLight, index: usize, count: usize| {
-        let tile_count = deal.tile_count as usize;
-        let first = |tile: usize| tiles[TILE_STRIDE * tile + light.level as usize] as usize;
-        if count < tile_count {
-            (0..tile_count).for_each(|tile| merged[first(tile) + index] = light);
+        let sub_image_count = deal.sub_image_count as usize;
+        let first = |sub_image: usize| sub_images[SUB_IMAGE_STRIDE * sub_image + light.level as usize] as usize;
+        if count < sub_image_count {
+            (0..sub_image_count).for_each(|sub_image| merged[first(sub_image) + index] = light);
             return;
         }
         let scaled = GridLight {
-            flux: light.flux.map(|f| f * tile_count as f32),
-            luminance: light.luminance * tile_count as f32,
+            flux: light.flux.map(|f| f * sub_image_count as f32),
+            luminance: light.luminance * sub_image_count as f32,
             ..light
         };
-        merged[first(index % tile_count) + index / tile_count] = scaled;
+        merged[first(index % sub_image_count) + index / sub_image_count] = scaled;
     };
     for (index, light) in grid_lights[..table.range(deal.top_level).end].iter().enumerate() {
         if light.level >= deal.first_level {
@@ -72,9 +72,9 @@ mod tests {
             (0..5).map(|i| light(1, i as f32)).chain([light(2, 10.0), light(2, 20.0)]).collect();
         let mut table = LevelTable::default();
         table.0[2..6].copy_from_slice(&[0, 5, 5, 2]);
-        let deal = Deal { tile_count: 4, first_level: 1, top_level: 2, light_count: 0 };
-        let tiles = deal_tiles(&table, deal);
-        let merged = merge_lights(&grid_lights, &LightList::default(), &table, &tiles, deal);
+        let deal = Deal { sub_image_count: 4, first_level: 1, top_level: 2, light_count: 0 };
+        let sub_images = deal_tiles(&table, deal);
+        let merged = merge_lights(&grid_lights, &LightList::default(), &table, &sub_images, deal);
         let fluxes: Vec<f32> = merged.iter().map(|l| l.flux[0]).collect();
         assert_eq!(fluxes, [0.0, 16.0, 10.0, 20.0, 4.0, 10.0, 20.0, 8.0, 10.0, 20.0, 12.0, 10.0, 20.0]);
         assert_eq!(merged[1].vertex, 4);

@@ -6,7 +6,7 @@ use super::count_lights::LevelTable;
 use super::fixed_point::float_from_fixed;
 use super::grid::Grid;
 use super::scatter_lights::Moments;
-use crate::settings::Center;
+use crate::settings::CenterWeight;
 use crate::shared::GridLight;
 
 /// Turns the moments of one level into grid lights; `vertex` and `level` are there already.
@@ -17,7 +17,7 @@ pub fn resolve_moments(lights: &mut [GridLight], moments: &[Moments], grid: &Gri
         let moment = |index: usize| float_from_fixed(moments[record][index]);
         let moment3 = |index: usize| Vec3::new(moment(index), moment(index + 1), moment(index + 2));
         let wm = moment(1);
-        let wp = if grid.center == Center::Uniform { moment(0) } else { wm };
+        let wp = if grid.center == CenterWeight::Uniform { moment(0) } else { wm };
         let mean = moment3(2) / wp;
         let variance = (moment3(5) / wp - mean * mean).max(Vec3::ZERO);
         let light = &mut lights[record];
@@ -54,7 +54,7 @@ mod tests {
             light_count: lights.len() as u32,
             padding: 0,
         };
-        let grid = Grid { placement, levels: Levels::new(3), center: Center::Intensity };
+        let grid = Grid { placement, levels: Levels::new(3), center: CenterWeight::Intensity };
         let mut occupancy = vec![0; grid.levels.total_words() as usize];
         mark_lights(&mut occupancy, &grid, lights, 1..=1);
         let ranks = exclusive_scan(&occupancy);

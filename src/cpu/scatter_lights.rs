@@ -6,7 +6,7 @@ use super::count_lights::LevelTable;
 use super::fixed_point::{SMALLEST, fixed_from_float};
 use super::grid::{Grid, corner, trilinear_weight};
 use super::lights::{LightList, luminance};
-use crate::settings::Center;
+use crate::settings::CenterWeight;
 
 /// The 14 fixed-point sums of a vertex: w, wm, wm q (3), wm q^2 (3), wm n (3), w flux (3).
 pub type Moments = [u64; 14];
@@ -45,9 +45,9 @@ pub fn scatter_lights(
     }
 }
 
-fn add_moments(record: &mut Moments, center: Center, weight: f32, q: Vec3, m: f32, normal: Vec3, flux: Vec3) {
+fn add_moments(record: &mut Moments, center: CenterWeight, weight: f32, q: Vec3, m: f32, normal: Vec3, flux: Vec3) {
     let wm = (weight * m).max(SMALLEST);
-    let wp = if center == Center::Uniform { weight } else { wm };
+    let wp = if center == CenterWeight::Uniform { weight } else { wm };
     let mut add = |moment: usize, value: f32| {
         record[moment] = record[moment].wrapping_add(fixed_from_float(value));
     };

@@ -14,7 +14,7 @@ use crate::passes::FrameShape;
 #[derive(Clone, Copy)]
 pub enum Contents {
     /// A buffer, by the function that makes an array of it.
-    Buffer(fn(&[u8], &Known<'_>) -> Array),
+    Buffer(fn(&[u8], &DumpContext<'_>) -> Array),
     /// An image, by the names of its channels.
     Image(&'static [&'static str]),
 }
@@ -66,7 +66,7 @@ pub const COUNT: &str = "count";
 pub const fn buffer(
     name: &'static str,
     units: &'static str,
-    contents: fn(&[u8], &Known<'_>) -> Array,
+    contents: fn(&[u8], &DumpContext<'_>) -> Array,
     meaning: &'static str,
 ) -> Entry {
     Entry { name, units, meaning, interleaved: false, noted: false, contents: Contents::Buffer(contents) }
@@ -96,7 +96,7 @@ pub const fn noted(entry: Entry) -> Entry {
 }
 
 /// What is known of the frame when a buffer is taken apart.
-pub struct Known<'a> {
+pub struct DumpContext<'a> {
     /// What every frame has.
     pub frame: &'a FrameShape,
     /// The pass that wrote the buffer.
@@ -107,7 +107,7 @@ pub struct Known<'a> {
     noted: BTreeMap<String, Vec<u32>>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> DumpContext<'a> {
     /// Nothing but the shapes of frame and technique.
     #[must_use]
     pub fn new(frame: &'a FrameShape, technique: &'a dyn Any) -> Self {
@@ -177,25 +177,25 @@ pub fn u(name: &str, shape: &[u64]) -> Field {
 
 /// All of a buffer as words.
 #[must_use]
-pub fn all_words(bytes: &[u8], _: &Known<'_>) -> Array {
+pub fn all_words(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::U32, &[bytes.len() as u64 / 4], bytes)
 }
 
 /// One float.
 #[must_use]
-pub fn one_float(bytes: &[u8], _: &Known<'_>) -> Array {
+pub fn one_float(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::F32, &[1], bytes)
 }
 
 /// A word for every pixel of the picture.
 #[must_use]
-pub fn per_pixel(bytes: &[u8], known: &Known<'_>) -> Array {
+pub fn per_pixel(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::U32, &known.pixels(), bytes)
 }
 
 /// The scanned range of the ranks: after the second step of the scan only the entry past its end is there.
 #[must_use]
-pub fn ranks(bytes: &[u8], known: &Known<'_>) -> Array {
+pub fn ranks(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let [first, count] = [0, 1].map(|i| u64::from(known.push.get(i).copied().unwrap_or(0)));
     let (start, length) = if known.pass.ends_with("scan_block_sums") { (first + count, 1) } else { (first, count + 1) };
     Array::plain(Scalar::U32, &[length], &bytes[4 * start as usize..]).starting_at(start)

@@ -16,13 +16,13 @@ pub fn add(graph: &mut Graph<Work>, buffers: &[BufferHandle]) -> Vec<Range<usize
         })
         .collect();
     let to = graph.readback_buffer("readback", ends.last().copied().unwrap_or(0));
-    let places = ends.iter().zip(&sizes).map(|(end, size)| end - size..*end);
-    let ops = buffers.iter().zip(places.clone());
-    let ops = ops.map(|(from, place)| TransferOp::Copy { from: *from, to, offset_bytes: place.start });
+    let ranges = ends.iter().zip(&sizes).map(|(end, size)| end - size..*end);
+    let ops = buffers.iter().zip(ranges.clone());
+    let ops = ops.map(|(from, range)| TransferOp::Copy { from: *from, to, offset_bytes: range.start });
     let pass = Pass::new("readback", Work::Transfer(ops.collect())).uses(to, Access::TransferWrite);
     graph.add_pass(buffers.iter().fold(pass, |pass, from| pass.uses(*from, Access::TransferRead)));
     graph.add_pass(Pass::new("readback/to_host", Work::Transfer(Vec::new())).uses(to, Access::HostRead));
-    places.map(|place| place.start as usize..place.end as usize).collect()
+    ranges.map(|range| range.start as usize..range.end as usize).collect()
 }
 
 fn size_bytes(graph: &Graph<Work>, buffer: BufferHandle) -> u64 {

@@ -14,7 +14,7 @@ use super::markers::Markers;
 use super::resources::{MemoryUse, aspect};
 use super::runner::{OnStep, Policy, Ran};
 use super::scene_set::SceneSet;
-use super::target::{FRAMES_IN_FLIGHT, Shown};
+use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::timeline::Timeline;
 use super::timers::Timers;
 use super::transfer;
@@ -166,7 +166,7 @@ impl Executor {
     ///
     /// # Errors
     /// When the device is lost, and those of the overlay.
-    pub fn submit_to(&mut self, frame_data: &[u8], shown: &mut Shown<'_>) -> Result<FrameTicket> {
+    pub fn submit_to(&mut self, frame_data: &[u8], shown: &mut WindowTarget<'_>) -> Result<FrameTicket> {
         self.frame.resources.acquired(&self.frame.graph, Some(shown));
         let policy = Policy::Batched { max_submit_ms: self.max_submit_ms, shown: Some(shown) };
         let submitted = self.submit_frame(frame_data, policy);
@@ -210,7 +210,7 @@ impl Executor {
 
     /// What a frame waits for and what it signals: the graph that takes the image first waits for it, and the one that
     /// leaves it ready to be shown says so.
-    pub(super) fn window_semaphores(&self, shown: &Shown<'_>) -> (Semaphores, Semaphores) {
+    pub(super) fn window_semaphores(&self, shown: &WindowTarget<'_>) -> (Semaphores, Semaphores) {
         let begins = self.frame.graph.resources().iter().any(|resource| resource.lifetime == Lifetime::Acquired);
         let mut uses = self.frame.graph.passes().iter().flat_map(|pass| &pass.uses);
         let ends = uses.any(|used| used.access == Access::Present);

@@ -53,7 +53,7 @@ pub use scene_set::{SceneData, SceneSet};
 pub use surface::{Surface, WindowSource};
 #[cfg(feature = "window")]
 pub use swapchain::{Acquired, Presented, Swapchain, is_srgb};
-pub use target::{FRAMES_IN_FLIGHT, Overlay, Shown, Target};
+pub use target::{FRAMES_IN_FLIGHT, Overlay, Target, WindowTarget};
 pub use work::{
     ColorTarget, ComputeWork, Constants, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat,
     TransferOp, Viewport, Work,

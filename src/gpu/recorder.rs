@@ -8,7 +8,7 @@ use ash::vk;
 use super::compiled::{CompiledFrame, CompiledPass};
 use super::pipeline::Pipeline;
 use super::resources::{Physical, whole_image};
-use super::target::Shown;
+use super::target::WindowTarget;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;
 use crate::graph::{Barrier, Handle, MemoryBarrier, PlannedPass};
@@ -37,7 +37,7 @@ pub(super) fn record_overlay(
     frame: &CompiledFrame,
     commands: vk::CommandBuffer,
     index: usize,
-    shown: &mut Shown<'_>,
+    shown: &mut WindowTarget<'_>,
 ) -> Result<()> {
     let target = shown.target;
     begin_label(frame, commands, &frame.graph.passes()[index].name);

@@ -9,7 +9,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use super::buffer::Buffer;
 use super::check;
 use super::device::Device;
-use super::target::{FRAMES_IN_FLIGHT, Shown};
+use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::work::Work;
 use crate::error::{Error, Result};
 use crate::graph::{
@@ -167,13 +167,13 @@ impl Resources {
     }
 
     /// Puts the image of this frame in the place of the graph's acquired one, or takes it out again.
-    pub(super) fn acquired(&mut self, graph: &Graph<Work>, shown: Option<&Shown<'_>>) {
+    pub(super) fn acquired(&mut self, graph: &Graph<Work>, shown: Option<&WindowTarget<'_>>) {
         self.shown_part_px = shown.and_then(|shown| shown.part_px);
         for (physical, resource) in self.list.iter_mut().zip(graph.resources()) {
             if let (true, ResourceInfo::Image(info)) = (resource.lifetime.is_acquired(), resource.info) {
                 *physical = shown.map_or_else(
                     || Physical::unacquired(info),
-                    |Shown { target, .. }| Physical::Image {
+                    |WindowTarget { target, .. }| Physical::Image {
                         raw: target.image,
                         view: target.view,
                         info: ImageInfo { width_px: target.extent.width, height_px: target.extent.height, ..info },

@@ -10,7 +10,7 @@ use super::check;
 use super::executor::{Executor, Slot};
 use super::recorder;
 use super::steps::Steps;
-use super::target::Shown;
+use super::target::WindowTarget;
 use super::work::{ComputeWork, Repeat, Work};
 use crate::error::Result;
 use crate::graph::Use;
@@ -23,7 +23,7 @@ pub type OnStep<'a> = dyn FnMut(u32, u32) -> ControlFlow<()> + 'a;
 pub(super) enum Policy<'a, 'b> {
     /// Passes go together as long as their last times allow; nothing is waited for. Those from the first that uses the
     /// acquired image on are one submission: it waits for the image, and presentation for it.
-    Batched { max_submit_ms: f64, shown: Option<&'a mut Shown<'b>> },
+    Batched { max_submit_ms: f64, shown: Option<&'a mut WindowTarget<'b>> },
     /// The same, but a repeated pass runs in steps, each waited for, so that it can be timed, shown and followed by a
     /// stop.
     Stepped { max_submit_ms: f64, on_step: &'a mut OnStep<'b> },
@@ -35,7 +35,7 @@ pub(super) enum Policy<'a, 'b> {
 pub(super) type Visit<'a> = dyn FnMut(usize) -> Result<()> + 'a;
 
 impl<'b> Policy<'_, 'b> {
-    fn shown(&mut self) -> Option<&mut Shown<'b>> {
+    fn shown(&mut self) -> Option<&mut WindowTarget<'b>> {
         match self {
             Self::Batched { shown, .. } => shown.as_deref_mut(),
             _ => None,

@@ -129,8 +129,8 @@ impl SceneSet {
             (6, Bound::Texture { view: images[0].view, sampler: plain_sampler.raw }),
         ];
         let query = data.query.map(|geometry| query_parts(gpu, &vertices, geometry)).transpose()?;
-        if let Some((acceleration, places)) = &query {
-            contents.extend([(7, acceleration.bound()), (8, bound(places))]);
+        if let Some((acceleration, structure_triangles)) = &query {
+            contents.extend([(7, acceleration.bound()), (8, bound(structure_triangles))]);
         }
         let scene = Sets::new(
             gpu,
@@ -164,11 +164,12 @@ impl SceneSet {
     }
 }
 
-/// The acceleration structures, and the places of their triangles.
+/// The acceleration structures, and which triangle of the BVH each of theirs is.
 fn query_parts(gpu: &Arc<Device>, vertices: &Buffer, geometry: &QueryGeometry) -> Result<(Acceleration, Buffer)> {
-    let places = bytemuck::cast_slice(&geometry.places);
-    let places = storage_buffer(gpu, "structure triangles", places, vk::BufferUsageFlags::STORAGE_BUFFER)?;
-    Ok((Acceleration::new(gpu, vertices, geometry)?, places))
+    let structure_triangles = bytemuck::cast_slice(&geometry.bvh_triangles);
+    let structure_triangles =
+        storage_buffer(gpu, "structure triangles", structure_triangles, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+    Ok((Acceleration::new(gpu, vertices, geometry)?, structure_triangles))
 }
 
 fn storage_buffer(gpu: &Arc<Device>, name: &str, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<Buffer> {

@@ -8,7 +8,7 @@ use crate::error::Result;
 pub const FRAMES_IN_FLIGHT: usize = 2;
 
 /// Where a frame's pictures go.
-pub struct Shown<'a> {
+pub struct WindowTarget<'a> {
     /// The acquired image.
     pub target: &'a Target,
     /// Part of the image that this frame draws to: x, y, width, height; `None` is all of it.

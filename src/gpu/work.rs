@@ -201,7 +201,7 @@ pub enum DrawCall {
 /// One transfer command.
 #[derive(Clone, Copy, Debug)]
 pub enum TransferOp {
-    /// Writes the frame's constants (given to `Executor::run`) to the start of the buffer.
+    /// Writes the frame's constants (given with each frame) to the start of the buffer.
     FrameData {
         /// Destination.
         buffer: BufferHandle,

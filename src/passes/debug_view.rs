@@ -81,11 +81,11 @@ pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) ->
 }
 
 /// Adds the pass for light-volume fragments per pixel; the frame must count them.
-pub fn show_overdraw(frame: &mut Frame, overdraw: BufferHandle) -> ImageHandle {
+pub fn show_lights_tested(frame: &mut Frame, lights_tested: BufferHandle) -> ImageHandle {
     let values = values_image(frame);
     let pass = frame
         .compute("debug_view", shader("debug_view/show_overdraw", frame.per_pixel()))
-        .bind("overdraw", overdraw, Access::ComputeRead)
+        .bind("overdraw", lights_tested, Access::ComputeRead)
         .bind("out_values", values, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     values
@@ -154,7 +154,7 @@ pub fn sum_lights(
             .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
             .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
             .bind("merged_lights", merged.lights, Access::ComputeRead)
-            .bind("tiles", merged.tiles, Access::ComputeRead)
+            .bind("tiles", merged.sub_images, Access::ComputeRead)
             .bind("grid", placement, Access::ComputeRead)
             .bind("out_values", values, access)
             .bind("out_mix", mix, access);

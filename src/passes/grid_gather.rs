@@ -6,16 +6,16 @@ use super::lgh_shape::LghShape;
 use super::{Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
-use crate::settings::{Build, Center};
+use crate::settings::{CenterWeight, LevelBuild};
 
 /// Adds one pass per level.
 pub fn add(frame: &mut Frame, shape: &LghShape, placement: BufferHandle, grid: &GridLights) {
     for level in 2..=shape.levels.top {
         let (name, dispatch) = match shape.build {
-            Build::Cascade => ("grid_gather/gather_below", over_level(grid, level)),
-            Build::Gather | Build::Scatter => ("grid_gather/gather_vertex", per_light(grid, level)),
+            LevelBuild::Cascade => ("grid_gather/gather_below", over_level(grid, level)),
+            LevelBuild::Gather | LevelBuild::Scatter => ("grid_gather/gather_vertex", per_light(grid, level)),
         };
-        let constants = vec![("UNIFORM_CENTER", u32::from(shape.center == Center::Uniform))];
+        let constants = vec![("UNIFORM_CENTER", u32::from(shape.center == CenterWeight::Uniform))];
         let work = ComputeWork { push: vec![level], constants, ..shader(name, dispatch) };
         let pass = frame
             .compute(&format!("grid_gather/S{level}"), work)

@@ -11,7 +11,7 @@ use crate::shared::InspectedPixel;
 
 /// What a frame has of a pixel.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub struct InspectorInputs {
     /// Linear radiance, or the values of a view.
     pub radiance: ImageHandle,
     /// Direct light.
@@ -22,14 +22,14 @@ pub struct Seen {
 
 /// Adds the pass, one workgroup that looks at the pixel named in the frame's constants; gives an [`InspectedPixel`]
 /// with the surface and its light.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, seen: &Seen) -> BufferHandle {
-    let work = ComputeWork { push: vec![0, flags(seen)], ..shader("inspect/inspect_pixel", Dispatch::groups(1)) };
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &InspectorInputs) -> BufferHandle {
+    let work = ComputeWork { push: vec![0, flags(inputs)], ..shader("inspect/inspect_pixel", Dispatch::groups(1)) };
     let pass = frame.compute("inspect", work).bind("depth_image", gbuffer.depth, Access::ComputeSampled).bind(
         "normals_image",
         gbuffer.normals,
         Access::ComputeSampled,
     );
-    finish(frame, pass, gbuffer, seen)
+    finish(frame, pass, gbuffer, inputs)
 }
 
 /// The same with the lights of each level of the hierarchy and the pixel's shadow samples.
@@ -37,33 +37,33 @@ pub fn add_with_lights(
     frame: &mut Frame,
     shape: &LghShape,
     gbuffer: &GBuffer,
-    seen: &Seen,
+    inputs: &InspectorInputs,
     samples: &Samples,
 ) -> BufferHandle {
     let work = frame.ray_shader("inspect/inspect_pixel_lights", Dispatch::groups(1));
-    let work = ComputeWork { push: vec![flags(seen)], ..work };
+    let work = ComputeWork { push: vec![flags(inputs)], ..work };
     let pass = shadow_rays::sampling(frame, shape, "inspect", work, gbuffer, samples)
         .bind("grid", samples.placement, Access::ComputeRead)
-        .bind("tiles", samples.merged.tiles, Access::ComputeRead);
-    finish(frame, pass, gbuffer, seen)
+        .bind("tiles", samples.merged.sub_images, Access::ComputeRead);
+    finish(frame, pass, gbuffer, inputs)
 }
 
 /// Which images there are (`inspect/inspect_pixel.comp.glsl`).
-fn flags(seen: &Seen) -> u32 {
-    let shadows = seen.indirect.and_then(|i| i.shadows);
-    u32::from(seen.direct.is_some()) | u32::from(seen.indirect.is_some()) << 1 | u32::from(shadows.is_some()) << 2
+fn flags(inputs: &InspectorInputs) -> u32 {
+    let shadows = inputs.indirect.and_then(|i| i.shadows);
+    u32::from(inputs.direct.is_some()) | u32::from(inputs.indirect.is_some()) << 1 | u32::from(shadows.is_some()) << 2
 }
 
 /// Binds what both variants read and write, and adds the pass.
-fn finish(frame: &mut Frame, pass: Pass<Work>, gbuffer: &GBuffer, seen: &Seen) -> BufferHandle {
+fn finish(frame: &mut Frame, pass: Pass<Work>, gbuffer: &GBuffer, inputs: &InspectorInputs) -> BufferHandle {
     let inspected = frame.graph.persistent_buffer("inspected_pixel", size_of::<InspectedPixel>() as u64);
     // What is not there is black, and shadows that are not there darken nothing.
-    let (lighting, shadows) = (seen.indirect.map(|i| i.lighting), seen.indirect.and_then(|i| i.shadows));
+    let (lighting, shadows) = (inputs.indirect.map(|i| i.lighting), inputs.indirect.and_then(|i| i.shadows));
     let unused = gbuffer.albedo;
     let pass = pass
         .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
-        .bind("radiance_image", seen.radiance, Access::ComputeSampled)
-        .bind("direct_image", seen.direct.unwrap_or(unused), Access::ComputeSampled)
+        .bind("radiance_image", inputs.radiance, Access::ComputeSampled)
+        .bind("direct_image", inputs.direct.unwrap_or(unused), Access::ComputeSampled)
         .bind("indirect_image", lighting.unwrap_or(unused), Access::ComputeSampled)
         .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
         .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)

@@ -4,7 +4,9 @@ use ash::vk;
 
 use super::light_shape::LightShape;
 use crate::light_grid::Levels;
-use crate::settings::{Build, Center, Filter, LightingMode, Lobe, Reservoir, Scatter, ShadowPoints};
+use crate::settings::{
+    CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Lobe, Reservoir, ShadowFilter, ShadowPoints,
+};
 
 /// Sizes, capacities and modes of the hierarchy and of what is lit by it.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +22,7 @@ pub struct LghShape {
     /// How grid lights send out their flux.
     pub lobe: Lobe,
     /// Where grid lights are.
-    pub center: Center,
+    pub center: CenterWeight,
     /// First level used for lighting, 0 or 1.
     pub first_level: u32,
     /// Grid lights that fit, all levels together.
@@ -34,15 +36,15 @@ pub struct LghShape {
     /// How reservoirs are updated; `Exact` where lights are gathered.
     pub reservoir: Reservoir,
     /// How levels above S1 are built.
-    pub build: Build,
-    /// How lights are summed into S1; `Atomic` with `Build::Scatter`.
-    pub scatter: Scatter,
+    pub build: LevelBuild,
+    /// How lights are summed into S1; `Atomic` with `LevelBuild::Scatter`.
+    pub scatter: FirstLevelBuild,
     /// Filter of the shadow estimates.
-    pub filter: Filter,
+    pub filter: ShadowFilter,
     /// Format of the additively blended lighting.
     pub lighting_format: vk::Format,
     /// Count the lights that each pixel tests (slower; for statistics frames).
-    pub count_overdraw: bool,
+    pub count_lights_tested: bool,
 }
 
 impl LghShape {

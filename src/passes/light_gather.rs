@@ -39,7 +39,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, inputs: &Inpu
     let mut pass = frame
         .compute("light_gather", work(shape))
         .bind("light_texels", merged.texels, Access::ComputeSampled)
-        .bind("tiles", merged.tiles, Access::ComputeRead)
+        .bind("tiles", merged.sub_images, Access::ComputeRead)
         .bind("grid", *placement, Access::ComputeRead)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
@@ -47,7 +47,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, inputs: &Inpu
         .bind("ranks", grid.ranks, Access::ComputeRead)
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("out_lighting", lighting.image, Access::ComputeWrite)
-        .bind("overdraw", lighting.overdraw, Access::ComputeWrite);
+        .bind("overdraw", lighting.lights_tested, Access::ComputeWrite);
     if let Some(reservoirs) = lighting.reservoirs {
         pass = pass.bind("reservoirs", reservoirs, Access::ComputeWrite);
     }
@@ -68,7 +68,7 @@ fn work(shape: &LghShape) -> ComputeWork {
     let originals = if shape.first_level == 0 { "_first_level_0" } else { "" };
     let reservoirs = if shape.lights.shadow_samples == 0 { "_none" } else { "" };
     let dispatch = Dispatch::Groups([width, height, shape.interleave * shape.interleave]);
-    let mut constants = vec![("COUNT_OVERDRAW", u32::from(shape.count_overdraw)), ("LOBE", shape.lobe.code())];
+    let mut constants = vec![("COUNT_OVERDRAW", u32::from(shape.count_lights_tested)), ("LOBE", shape.lobe.code())];
     if shape.lights.shadow_samples > 0 {
         constants.push(("SAMPLES", shape.lights.shadow_samples));
     }

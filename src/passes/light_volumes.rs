@@ -19,7 +19,7 @@ pub struct Lighting {
     /// The reservoirs; `None` without shadow samples.
     pub reservoirs: Option<BufferHandle>,
     /// Fragments per pixel; counted in statistics frames only.
-    pub overdraw: BufferHandle,
+    pub lights_tested: BufferHandle,
 }
 
 /// Declares what lighting makes, whichever pass makes it.
@@ -27,13 +27,13 @@ pub(super) fn declare(frame: &mut Frame, shape: &LghShape, format: vk::Format) -
     let [width_px, height_px] = shape.interleaved_px();
     let pixels = u64::from(width_px) * u64::from(height_px);
     let image = frame.graph.transient_image("lighting", ImageInfo { format, width_px, height_px });
-    let overdraw_bytes = if shape.count_overdraw { 4 * pixels } else { 16 };
-    let overdraw = frame.graph.persistent_buffer("overdraw", overdraw_bytes);
+    let lights_tested_bytes = if shape.count_lights_tested { 4 * pixels } else { 16 };
+    let lights_tested = frame.graph.persistent_buffer("overdraw", lights_tested_bytes);
     let reservoirs = (shape.lights.shadow_samples > 0).then(|| {
         let bytes = reservoir_bytes(shape.reservoir, shape.lights.shadow_samples);
         frame.graph.transient_buffer("reservoirs", bytes * pixels)
     });
-    Lighting { image, reservoirs, overdraw }
+    Lighting { image, reservoirs, lights_tested }
 }
 
 /// Adds the passes. `depth` is the depth buffer in the interleaved layout.
@@ -46,8 +46,8 @@ pub fn add(
     merged: &MergedLights,
 ) -> Lighting {
     let [width_px, height_px] = shape.interleaved_px();
-    let Lighting { image, reservoirs, overdraw } = declare(frame, shape, shape.lighting_format);
-    let mut cleared = vec![(overdraw, 0)];
+    let Lighting { image, reservoirs, lights_tested } = declare(frame, shape, shape.lighting_format);
+    let mut cleared = vec![(lights_tested, 0)];
     cleared.extend(reservoirs.map(|r| (r, empty_word(shape.reservoir))));
     frame.clear("light_volumes/clear", &cleared);
     let work = RasterWork {
@@ -63,10 +63,10 @@ pub fn add(
     let mut pass = Pass::new("light_volumes", Work::Raster(work))
         .bind("frame", frame.data, Access::GraphicsUniform)
         .bind("merged_lights", merged.lights, Access::GraphicsRead)
-        .bind("tiles", merged.tiles, Access::GraphicsRead)
+        .bind("tiles", merged.sub_images, Access::GraphicsRead)
         .bind("grid", placement, Access::GraphicsRead)
         .bind("normals_image", gbuffer.normals, Access::FragmentSampled)
-        .bind("overdraw", overdraw, Access::FragmentReadWrite)
+        .bind("overdraw", lights_tested, Access::FragmentReadWrite)
         .uses(merged.draws, Access::IndirectRead)
         .uses(image, Access::ColorAttachmentWrite);
     pass = if depth == gbuffer.depth {
@@ -78,7 +78,7 @@ pub fn add(
         pass = pass.bind("reservoirs", reservoirs, Access::FragmentReadWrite);
     }
     frame.graph.add_pass(pass);
-    Lighting { image, reservoirs, overdraw }
+    Lighting { image, reservoirs, lights_tested }
 }
 
 /// Bytes of a pixel's reservoirs.
@@ -108,25 +108,25 @@ fn draws(shape: &LghShape, merged: &MergedLights) -> Vec<RasterDraw> {
     };
     let n = shape.interleave;
     let mut draws = Vec::new();
-    for tile in 0..n * n {
+    for sub_image in 0..n * n {
         let draw = |vertex: &str, fragment: &str, depth_compare, cull, viewport, call| RasterDraw {
             vertex: format!("light_volumes/{vertex}.vert"),
             fragment: format!("light_volumes/{fragment}_{mode}.frag"),
-            constants: vec![("COUNT_OVERDRAW", u32::from(shape.count_overdraw)), ("LOBE", shape.lobe.code())],
-            push: vec![tile],
+            constants: vec![("COUNT_OVERDRAW", u32::from(shape.count_lights_tested)), ("LOBE", shape.lobe.code())],
+            push: vec![sub_image],
             state: RasterState { additive_blend: true, depth_compare, depth_write: false, cull, scene_vertices: false },
             viewport,
             call,
         };
-        let [tile_viewport, plain] = tile_viewports(shape, tile);
+        let [sub_image_viewport, plain] = sub_image_viewports(shape, sub_image);
         // Back faces at or behind the surface: the surface lies inside the volume. Depth is reversed.
         draws.push(draw(
             "draw_volumes",
             "shade_light_volume",
             Some(vk::CompareOp::LESS_OR_EQUAL),
             vk::CullModeFlags::FRONT,
-            tile_viewport,
-            DrawCall::Indirect { buffer: merged.draws, offset_bytes: 16 * u64::from(tile) },
+            sub_image_viewport,
+            DrawCall::Indirect { buffer: merged.draws, offset_bytes: 16 * u64::from(sub_image) },
         ));
         draws.push(draw(
             "cover_screen",
@@ -142,14 +142,14 @@ fn draws(shape: &LghShape, merged: &MergedLights) -> Vec<RasterDraw> {
 
 /// The viewport that shows the picture's pixels x % n == i, y % n == j in sub-image (i, j), and the plain
 /// rectangle of that sub-image.
-fn tile_viewports(shape: &LghShape, tile: u32) -> [Viewport; 2] {
+fn sub_image_viewports(shape: &LghShape, sub_image: u32) -> [Viewport; 2] {
     let n = shape.interleave;
-    let [tile_width, tile_height] = shape.sub_image_px();
-    let (i, j) = (tile % n, tile / n);
-    let (x, y) = (i * tile_width, j * tile_height);
+    let [sub_image_width, sub_image_height] = shape.sub_image_px();
+    let (i, j) = (sub_image % n, sub_image / n);
+    let (x, y) = (i * sub_image_width, j * sub_image_height);
     // Sub-image pixel p is picture pixel n p + i, so its centre p + 1/2 shows the picture's n p + i + 1/2.
     let shift = |k: u32| 0.5 - (k as f32 + 0.5) / n as f32;
-    let scissor_px = [x, y, tile_width, tile_height];
+    let scissor_px = [x, y, sub_image_width, sub_image_height];
     let interleaved = Viewport {
         x_px: x as f32 + shift(i),
         y_px: y as f32 + shift(j),
@@ -160,8 +160,8 @@ fn tile_viewports(shape: &LghShape, tile: u32) -> [Viewport; 2] {
     let plain = Viewport {
         x_px: x as f32,
         y_px: y as f32,
-        width_px: tile_width as f32,
-        height_px: tile_height as f32,
+        width_px: sub_image_width as f32,
+        height_px: sub_image_height as f32,
         scissor_px,
     };
     [interleaved, plain]

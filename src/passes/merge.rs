@@ -17,17 +17,17 @@ pub struct MergedLights {
     /// The lights once more as texels (`common/light_texels.glsl`).
     pub texels: ImageHandle,
     /// Where each level of each sub-image starts.
-    pub tiles: BufferHandle,
+    pub sub_images: BufferHandle,
     /// One indirect draw per sub-image.
     pub draws: BufferHandle,
 }
 
 /// Lights that fit into the merged list.
 fn capacity(shape: &LghShape) -> u32 {
-    let tile_count = shape.interleave * shape.interleave;
+    let sub_image_count = shape.interleave * shape.interleave;
     let originals = if shape.first_level == 0 { shape.lights.light_capacity() } else { 0 };
     // Levels with fewer lights than sub-images are copied to each.
-    let copies = tile_count * tile_count * (MAX_LEVEL + 1);
+    let copies = sub_image_count * sub_image_count * (MAX_LEVEL + 1);
     shape.grid_capacity + originals + copies
 }
 
@@ -45,7 +45,7 @@ pub fn add(
     placement: BufferHandle,
     grid: &GridLights,
 ) -> MergedLights {
-    let tile_count = shape.interleave * shape.interleave;
+    let sub_image_count = shape.interleave * shape.interleave;
     let capacity = u64::from(capacity(shape));
     let info = ImageInfo {
         format: vk::Format::R32G32B32A32_SFLOAT,
@@ -55,15 +55,15 @@ pub fn add(
     let merged = MergedLights {
         texels: frame.graph.transient_image("merged_light_texels", info),
         lights: frame.graph.persistent_buffer("merged_lights", size_of::<GridLight>() as u64 * capacity),
-        tiles: frame.graph.persistent_buffer("tiles", 4 * u64::from(tile_count * (MAX_LEVEL + 2))),
-        draws: frame.graph.transient_buffer("light_volume_draws", 16 * u64::from(tile_count)),
+        sub_images: frame.graph.persistent_buffer("tiles", 4 * u64::from(sub_image_count * (MAX_LEVEL + 2))),
+        draws: frame.graph.transient_buffer("light_volume_draws", 16 * u64::from(sub_image_count)),
     };
     let dispatch = frame.graph.transient_buffer("merge_dispatch", 16);
     let pass = frame
         .compute("merge/deal_tiles", shader("merge/deal_tiles", Dispatch::groups(1)))
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("light_counts", lights.counts, Access::ComputeRead)
-        .bind("tiles", merged.tiles, Access::ComputeWrite)
+        .bind("tiles", merged.sub_images, Access::ComputeWrite)
         .bind("draws", merged.draws, Access::ComputeWrite)
         .bind("merge_dispatch", dispatch, Access::ComputeWrite);
     frame.graph.add_pass(pass);
@@ -72,7 +72,7 @@ pub fn add(
         .compute("merge", shader("merge/merge_lights", indirect))
         .bind("grid_lights", grid.lights, Access::ComputeRead)
         .bind("level_table", grid.level_table, Access::ComputeRead)
-        .bind("tiles", merged.tiles, Access::ComputeRead)
+        .bind("tiles", merged.sub_images, Access::ComputeRead)
         .bind("light_positions", lights.positions, Access::ComputeRead)
         .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
         .bind("light_counts", lights.counts, Access::ComputeRead)

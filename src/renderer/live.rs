@@ -5,7 +5,7 @@ use super::shape::{checked_shapes, shapes};
 use super::{Renderer, frame_data};
 use crate::error::Result;
 use crate::frame::FrameOutputs;
-use crate::gpu::{FrameResult, FrameTicket, Shown};
+use crate::gpu::{FrameResult, FrameTicket, WindowTarget};
 use crate::graph::BufferHandle;
 use crate::job::Job;
 use crate::passes::present::{Part, WindowFormat};
@@ -15,7 +15,7 @@ use crate::techniques::{self, Count, Technique, TechniqueShape};
 
 /// What a window wants of its frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Showing {
+pub struct WindowOptions {
     /// Format of the window's images.
     pub format: WindowFormat,
     /// Which part of the window they fill.
@@ -26,7 +26,7 @@ pub struct Showing {
 
 /// What a completed frame of a window has told.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct FrameFeedback {
     /// Exposure, or the upper end of a view's scale.
     pub exposure: f32,
     /// Rays of light paths and of shadow samples.
@@ -45,13 +45,17 @@ impl Renderer {
     ///
     /// # Errors
     /// Those of [`Renderer::new`].
-    pub fn for_window(job: &Job<'_>, showing: Showing, before: Option<(&Self, &Settings)>) -> Result<Self> {
+    pub fn for_window(
+        job: &Job<'_>,
+        window_options: WindowOptions,
+        before: Option<(&Self, &Settings)>,
+    ) -> Result<Self> {
         let technique = techniques::of(job.settings)?;
         let known = before.filter(|(_, measured_with)| technique.keeps_measures(job.settings, measured_with));
         let known = known.map(|(before, _)| &*before.shapes.technique);
         let mut shapes = checked_shapes(technique, job, known.filter(|known| is_of(*known, technique)))?;
-        shapes.frame.inspect = showing.inspect;
-        Self::compile(job, shapes, Some(showing))
+        shapes.frame.inspect = window_options.inspect;
+        Self::compile(job, shapes, Some(window_options))
     }
 
     /// Whether frames of the job's settings are the ones compiled, but for their constants. `measured_with` are the
@@ -59,15 +63,15 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Usage`] when the settings do not fit the device.
-    pub fn fits(&self, job: &Job<'_>, measured_with: &Settings, showing: Showing) -> Result<bool> {
+    pub fn fits(&self, job: &Job<'_>, measured_with: &Settings, window_options: WindowOptions) -> Result<bool> {
         let technique = techniques::of(job.settings)?;
         let known = &*self.shapes.technique;
-        let same_window = self.shown.as_ref().is_some_and(|(shown, _)| *shown == showing);
+        let same_window = self.shown.as_ref().is_some_and(|(shown, _)| *shown == window_options);
         if !same_window || !is_of(known, technique) || !technique.keeps_measures(job.settings, measured_with) {
             return Ok(false);
         }
         let mut shapes = shapes(technique, job, Some(known))?;
-        shapes.frame.inspect = showing.inspect;
+        shapes.frame.inspect = window_options.inspect;
         Ok(shapes == self.shapes)
     }
 
@@ -92,20 +96,20 @@ impl Renderer {
     ///
     /// # Errors
     /// When the device is lost, and those of the overlay.
-    pub fn submit_to(&mut self, shown: &mut Shown<'_>) -> Result<FrameTicket> {
+    pub fn submit_to(&mut self, shown: &mut WindowTarget<'_>) -> Result<FrameTicket> {
         self.executor.submit_to(bytemuck::bytes_of(&self.data), shown)
     }
 
     /// What a completed frame has told; `None` for frames without a window.
     #[must_use]
-    pub fn told(&self, result: &FrameResult) -> Option<Told> {
-        let (_, places) = self.shown.as_ref()?;
-        let parts: Vec<&[u8]> = places.iter().map(|place| result.readback.get(place.clone())).collect::<Option<_>>()?;
+    pub fn feedback(&self, result: &FrameResult) -> Option<FrameFeedback> {
+        let (_, ranges) = self.shown.as_ref()?;
+        let parts: Vec<&[u8]> = ranges.iter().map(|range| result.readback.get(range.clone())).collect::<Option<_>>()?;
         let words: Vec<Vec<u32>> = parts.iter().map(|part| bytemuck::pod_collect_to_vec(part)).collect();
         let counters = 2..2 + self.outputs.technique.counters.len();
         let inspected = parts.get(counters.end).and_then(|bytes| bytes.get(..size_of::<InspectedPixel>()));
         let technique = &self.shapes.technique;
-        Some(Told {
+        Some(FrameFeedback {
             exposure: f32::from_bits(*words[0].first()?),
             rays: [*words[1].first()?, *words[1].get(1)?],
             counts: technique.counts(&words[counters.clone()]),

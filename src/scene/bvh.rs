@@ -31,7 +31,7 @@ pub const MAX_WIDE_DEPTH: u32 = 32;
 const LEAF_TRIANGLES: u32 = 3;
 
 /// More triangles than this around one and the same point are not clustered.
-const MAX_HEAP: u32 = 4096;
+const MAX_COINCIDENT_TRIANGLES: u32 = 4096;
 
 /// One node of the eight-wide tree as obvhs makes it, 80 bytes, node 0 the root (Ylitie et al. 2017; here with the
 /// children's lower and upper planes side by side per axis). Bytes of a word are read from the lowest.
@@ -153,8 +153,8 @@ const fn params() -> BvhBuildParams {
 pub fn build_binary(scene: &Scene) -> BinaryBvh {
     let start = Instant::now();
     let corners = corners(scene);
-    if largest_heap(&corners) > MAX_HEAP {
-        // The clustering below takes quadratic time on such heaps (35 s for 40,000 equal triangles).
+    if most_coincident(&corners) > MAX_COINCIDENT_TRIANGLES {
+        // The clustering below takes quadratic time there (35 s for 40,000 equal triangles).
         let order: Vec<u32> = (0..corners.len() as u32).collect();
         let triangles = ordered(scene, &order);
         let nodes = balanced(&triangles, LEAF_TRIANGLES);
@@ -174,7 +174,7 @@ pub fn build_binary(scene: &Scene) -> BinaryBvh {
     let triangles = ordered(scene, &bvh.primitive_indices);
     let mut bvh = BinaryBvh { depth: depth(&nodes), nodes, triangles, build_ms: 0.0 };
     if bvh.depth > MAX_DEPTH {
-        // Heaps of coinciding triangles make a chain; a plain tree over the same order is always shallow.
+        // Many coinciding triangles make a chain; a plain tree over the same order is always shallow.
         bvh.nodes = balanced(&bvh.triangles, LEAF_TRIANGLES);
         bvh.depth = depth(&bvh.nodes);
     }
@@ -188,7 +188,7 @@ pub fn build(scene: &Scene) -> SceneBvh {
     let start = Instant::now();
     let corners = corners(scene);
     let balanced = || balanced_wide(scene, corners.len() as u32);
-    let mut bvh = if largest_heap(&corners) > MAX_HEAP {
+    let mut bvh = if most_coincident(&corners) > MAX_COINCIDENT_TRIANGLES {
         balanced()
     } else {
         build_cwbvh_from_tris(&corners, params(), &mut Duration::default())
@@ -263,13 +263,13 @@ fn ordered(scene: &Scene, order: &[u32]) -> Vec<BvhTriangle> {
 }
 
 /// The largest number of triangles with the same centre.
-fn largest_heap(triangles: &[Triangle]) -> u32 {
-    let mut heaps: HashMap<[u32; 3], u32> = HashMap::with_capacity(triangles.len());
+fn most_coincident(triangles: &[Triangle]) -> u32 {
+    let mut counts: HashMap<[u32; 3], u32> = HashMap::with_capacity(triangles.len());
     for t in triangles {
         let aabb = t.aabb();
-        *heaps.entry(Vec3::from(aabb.min + aabb.max).to_array().map(f32::to_bits)).or_default() += 1;
+        *counts.entry(Vec3::from(aabb.min + aabb.max).to_array().map(f32::to_bits)).or_default() += 1;
     }
-    heaps.into_values().max().unwrap_or(0)
+    counts.into_values().max().unwrap_or(0)
 }
 
 /// A tree that halves the list of triangles until they fit a leaf.

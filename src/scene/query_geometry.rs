@@ -9,7 +9,7 @@ pub struct QueryGeometry {
     /// Three indices into the scene's vertices for each triangle.
     pub indices: Vec<u32>,
     /// The number of opaque triangles, then for each triangle its place among the BVH's.
-    pub places: Vec<u32>,
+    pub bvh_triangles: Vec<u32>,
 }
 
 impl QueryGeometry {
@@ -20,28 +20,28 @@ impl QueryGeometry {
         let all = 0..triangles.len() as u32;
         let opaque = all.clone().filter(|i| !is_masked(i));
         let masked = all.filter(is_masked);
-        let mut places = vec![0];
-        places.extend(opaque);
-        places[0] = places.len() as u32 - 1;
-        places.extend(masked);
-        let corners = |place: &u32| {
-            let first = 3 * triangles[*place as usize].triangle_index as usize;
+        let mut bvh_triangles = vec![0];
+        bvh_triangles.extend(opaque);
+        bvh_triangles[0] = bvh_triangles.len() as u32 - 1;
+        bvh_triangles.extend(masked);
+        let corners = |bvh_triangle: &u32| {
+            let first = 3 * triangles[*bvh_triangle as usize].triangle_index as usize;
             [0, 1, 2].map(|corner| scene.indices[first + corner])
         };
-        let indices = places[1..].iter().flat_map(corners).collect();
-        Self { indices, places }
+        let indices = bvh_triangles[1..].iter().flat_map(corners).collect();
+        Self { indices, bvh_triangles }
     }
 
     /// Number of opaque triangles, which come first.
     #[must_use]
     pub fn opaque_count(&self) -> u32 {
-        self.places[0]
+        self.bvh_triangles[0]
     }
 
     /// Number of alpha-masked triangles.
     #[must_use]
     pub fn masked_count(&self) -> u32 {
-        self.places.len() as u32 - 1 - self.places[0]
+        self.bvh_triangles.len() as u32 - 1 - self.bvh_triangles[0]
     }
 }
 
@@ -61,9 +61,9 @@ mod tests {
         let geometry = QueryGeometry::new(&scene, &triangles);
         let count = triangles.len() as u32;
         assert_eq!((geometry.opaque_count(), geometry.masked_count()), (count - 1, 1));
-        assert_eq!((geometry.places[2], geometry.places.last()), (2, Some(&1)));
-        for (place, corners) in geometry.places[1..].iter().zip(geometry.indices.chunks_exact(3)) {
-            let triangle = &triangles[*place as usize];
+        assert_eq!((geometry.bvh_triangles[2], geometry.bvh_triangles.last()), (2, Some(&1)));
+        for (bvh_triangle, corners) in geometry.bvh_triangles[1..].iter().zip(geometry.indices.chunks_exact(3)) {
+            let triangle = &triangles[*bvh_triangle as usize];
             assert_eq!(scene.vertices[corners[0] as usize].position_ws, triangle.v0);
         }
     }

@@ -135,7 +135,7 @@ mod tests {
 
     use super::*;
     use crate::settings::testing::every_value_changed;
-    use crate::settings::{Exposure, GROUPS, Levels};
+    use crate::settings::{Exposure, GROUPS, Levels, View};
 
     fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
@@ -180,6 +180,12 @@ mod tests {
         assert_eq!(settings.lgh.levels, Levels::Fixed(5));
         assert_eq!(settings.picture.exposure, Exposure::Fixed(2.0));
         assert_eq!(settings.lgh.alpha.to_bits(), 2.0_f32.to_bits());
+    }
+
+    #[test]
+    fn old_names_of_values_are_read() {
+        let (_folder, path) = file("s.toml", "view = \"overdraw\"\n");
+        assert_eq!(Settings::read(&path).unwrap().render.view, View::LightsTested);
     }
 
     fn complaint(name: &str, text: &str) -> (u8, String) {

@@ -65,7 +65,7 @@ settings_group! {
     #[command(next_help_heading = "Method")]
     pub struct RenderSettings: Technique {
         /// What the picture shows: final, albedo, normal, depth, direct, indirect, shadow-ratio, shadow-ratio-filtered,
-        /// selected-level, overdraw, light-count, level-weights or vpls [default: final]
+        /// selected-level, lights-tested, light-count, level-weights or vpls [default: final]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]
         pub view: View = View::Final,
         /// The lighting grid hierarchy, direct light alone, or a reference: every light at every pixel, or path tracing

@@ -29,8 +29,8 @@ pub use scope::Scope;
 pub use sun::SunPlace;
 pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings};
 pub use values::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir, Scatter, ShadowPoints,
-    Size, Switch, Technique, View, name,
+    CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir,
+    ShadowFilter, ShadowPoints, Size, Switch, Technique, View, name,
 };
 pub use window_values::{PresentMode, RenderScale};
 

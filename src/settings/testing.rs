@@ -1,8 +1,8 @@
 //! Settings for tests.
 
 use super::{
-    Build, Center, Exposure, Filter, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays, RenderScale, Reservoir,
-    Scatter, Settings, ShadowPoints, Size, SunPlace, Switch, Technique, View,
+    CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays,
+    RenderScale, Reservoir, Settings, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
 };
 
 /// Settings of which none is the default.
@@ -25,7 +25,7 @@ pub fn every_value_changed() -> Settings {
         s.lgh.levels = Levels::Fixed(7);
         s.lgh.alpha = 1.7;
         s.lgh.lobe = Lobe::ClampedNormal;
-        s.lgh.center = Center::Uniform;
+        s.lgh.center = CenterWeight::Uniform;
         s.lgh.first_level = 0;
         s.lgh.interleave = 4;
         s.many_lights.shadow_samples = 16;
@@ -35,9 +35,9 @@ pub fn every_value_changed() -> Settings {
         s.lgh.lighting = Some(LightingMode::Volumes);
         s.lgh.reservoir = Some(Reservoir::Lock);
         s.tracing.rays = Rays::Query;
-        s.lgh.build = Build::Scatter;
-        s.lgh.scatter = Some(Scatter::Atomic);
-        s.lgh.filter = Filter::None;
+        s.lgh.build = LevelBuild::Scatter;
+        s.lgh.scatter = Some(FirstLevelBuild::Atomic);
+        s.lgh.filter = ShadowFilter::None;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 50.5;
         s.tracing.seed = u32::MAX;

@@ -87,7 +87,9 @@ pub(super) fn has_extension(key: &str, path: &Path, kinds: &[FileKind]) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::{Build, Exposure, LightSet, LightingMode, RenderScale, Reservoir, Scatter, Size};
+    use crate::settings::{
+        Exposure, FirstLevelBuild, LevelBuild, LightSet, LightingMode, RenderScale, Reservoir, Size,
+    };
 
     fn complaint(change: impl FnOnce(&mut Settings)) -> String {
         let mut settings = Settings::default();
@@ -158,7 +160,8 @@ mod tests {
             sentence,
             "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes"
         );
-        let sentence = complaint(|s| (s.lgh.build, s.lgh.scatter) = (Build::Scatter, Some(Scatter::Sorted)));
+        let sentence =
+            complaint(|s| (s.lgh.build, s.lgh.scatter) = (LevelBuild::Scatter, Some(FirstLevelBuild::Sorted)));
         assert_eq!(
             sentence,
             "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \

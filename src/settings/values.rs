@@ -74,7 +74,7 @@ impl Lobe {
 /// Where a grid light is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Center {
+pub enum CenterWeight {
     /// The mean position of its lights, weighted by luminance.
     Intensity,
     /// The mean position of its lights, each counting the same.
@@ -104,8 +104,10 @@ pub enum View {
     ShadowRatioFiltered,
     /// Mean level of the lights chosen for shadow rays.
     SelectedLevel,
-    /// Light-volume fragments per pixel.
-    Overdraw,
+    /// Lights that a pixel tests: candidates of its tile, or light-volume fragments.
+    #[value(alias = "overdraw")]
+    #[serde(alias = "overdraw")]
+    LightsTested,
     /// Lights per pixel that contribute.
     LightCount,
     /// Blending weights: the share of each level in the lights that contribute.
@@ -161,7 +163,7 @@ pub enum Rays {
 /// How the levels above the first are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Build {
+pub enum LevelBuild {
     /// Every level gathers from the one below.
     Cascade,
     /// Every level gathers from the first, as in the paper.
@@ -173,7 +175,7 @@ pub enum Build {
 /// How the lights are summed into the finest grid. The sums are the same to the bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Scatter {
+pub enum FirstLevelBuild {
     /// Each vertex sums the lights of its cells, listed by cell.
     Sorted,
     /// Each light adds itself to its vertices by atomic additions.
@@ -193,7 +195,7 @@ pub enum ShadowPoints {
 /// The filter of the shadow estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Filter {
+pub enum ShadowFilter {
     /// Edge-aware à-trous wavelet.
     Atrous,
     /// No filter.

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::{AddedView, Count, TechniqueOutputs};
-use crate::dump::{Array, COUNT, Entry, Field, Known, METRES_AND_BITS, Scalar, all_words, buffer, f, noted, ranks, u};
+use crate::dump::{
+    Array, COUNT, DumpContext, Entry, Field, METRES_AND_BITS, Scalar, all_words, buffer, f, noted, ranks, u,
+};
 use crate::gpu::Executor;
 use crate::job::Job;
 use crate::passes::compaction::{self, Lights};
@@ -205,7 +207,7 @@ fn flux_fields() -> Vec<Field> {
 }
 
 /// Records of 16 bytes in path slots, those without a VPL zeroed.
-fn slots(fields: Vec<Field>, bytes: &[u8], known: &Known<'_>) -> Array {
+fn slots(fields: Vec<Field>, bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let count = bytes.len() / 16;
     let mut array = Array::records(fields, &[count as u64], bytes);
     let bits = known.words("vpl_slot_bits");
@@ -217,27 +219,27 @@ fn slots(fields: Vec<Field>, bytes: &[u8], known: &Known<'_>) -> Array {
     array
 }
 
-fn slot_positions(bytes: &[u8], known: &Known<'_>) -> Array {
+fn slot_positions(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     slots(position_fields(), bytes, known)
 }
 
-fn slot_fluxes(bytes: &[u8], known: &Known<'_>) -> Array {
+fn slot_fluxes(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     slots(flux_fields(), bytes, known)
 }
 
 /// Lights in S0.
-pub(super) fn light_count(known: &Known<'_>) -> u32 {
+pub(super) fn light_count(known: &DumpContext<'_>) -> u32 {
     known.words("light_counts").first().copied().unwrap_or(0)
 }
 
-fn light_positions(bytes: &[u8], known: &Known<'_>) -> Array {
+fn light_positions(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::records(position_fields(), &[light_count(known).into()], bytes)
 }
 
-fn light_fluxes(bytes: &[u8], known: &Known<'_>) -> Array {
+fn light_fluxes(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::records(flux_fields(), &[light_count(known).into()], bytes)
 }
 
-fn light_counts(bytes: &[u8], _: &Known<'_>) -> Array {
+fn light_counts(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     Array::records(vec![u("lights", &[]), u("vpls", &[]), u("vpls_lost", &[])], &[1], bytes)
 }

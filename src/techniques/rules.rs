@@ -67,7 +67,7 @@ mod tests {
     use clap::ValueEnum;
 
     use super::*;
-    use crate::settings::{Filter, LightSet, LightingMode, Reservoir, Switch, Technique as Named};
+    use crate::settings::{LightSet, LightingMode, Reservoir, ShadowFilter, Switch, Technique as Named};
 
     fn complaint(change: impl FnOnce(&mut Settings)) -> String {
         let error = check(&Settings::default().changed(change)).expect_err("a usage error");
@@ -94,8 +94,8 @@ mod tests {
 
     #[test]
     fn a_missing_view_names_both() {
-        let sentence = complaint(|s| (s.render.technique, s.render.view) = (Named::Direct, View::Overdraw));
-        assert_eq!(sentence, "technique direct has no view overdraw: choose technique lgh");
+        let sentence = complaint(|s| (s.render.technique, s.render.view) = (Named::Direct, View::LightsTested));
+        assert_eq!(sentence, "technique direct has no view lights-tested: choose technique lgh");
         let sentence = complaint(|s| (s.render.technique, s.render.view) = (Named::PathTrace, View::Vpls));
         assert_eq!(sentence, "technique path-trace has no view vpls: choose technique lgh or brute-force");
     }
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(sentence, "view shadow-ratio needs shadow samples, and shadow-samples 0 leaves none");
         let sentence = complaint(|s| (s.many_lights.shadows, s.render.view) = (Switch::Off, View::SelectedLevel));
         assert_eq!(sentence, "view selected-level needs shadow samples, and shadows off leaves none");
-        let sentence = complaint(|s| (s.lgh.filter, s.render.view) = (Filter::None, View::ShadowRatioFiltered));
+        let sentence = complaint(|s| (s.lgh.filter, s.render.view) = (ShadowFilter::None, View::ShadowRatioFiltered));
         assert!(sentence.contains("shadow-ratio-filtered") && sentence.contains("filter none"), "{sentence}");
         let sentence = complaint(|s| (s.render.accumulate, s.render.view) = (4, View::Normal));
         assert_eq!(sentence, "view normal is of one frame, not of 4: leave accumulate at 1");

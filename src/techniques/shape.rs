@@ -7,12 +7,12 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use super::{Count, InspectorTable, Technique};
-use crate::dump::{Derived, Known};
+use crate::dump::{Derived, DumpContext};
 use crate::graph::{BufferHandle, ImageHandle};
 use crate::job::Job;
 use crate::passes::compose::Indirect;
 use crate::passes::gbuffer::GBuffer;
-use crate::passes::inspect::Seen;
+use crate::passes::inspect::InspectorInputs;
 use crate::passes::tone_map::ToneMapped;
 use crate::passes::{Frame, FrameShape};
 use crate::settings::{Settings, View};
@@ -73,7 +73,7 @@ pub trait TechniqueShape: AnyShape + Debug + Send + Sync {
     }
 
     /// What a dump holds besides a resource that a pass has written.
-    fn derived(&self, _resource: &str, _bytes: &[u8], _known: &Known<'_>, _data: &FrameData) -> Option<Derived> {
+    fn derived(&self, _resource: &str, _bytes: &[u8], _known: &DumpContext<'_>, _data: &FrameData) -> Option<Derived> {
         None
     }
 }
@@ -153,7 +153,7 @@ pub struct Added {
 }
 
 /// Adds an inspector's pass; gives the buffer with the [`InspectedPixel`].
-pub type InspectPass = Box<dyn FnOnce(&mut Frame, &GBuffer, &Seen) -> BufferHandle>;
+pub type InspectPass = Box<dyn FnOnce(&mut Frame, &GBuffer, &InspectorInputs) -> BufferHandle>;
 
 /// What a view of a technique adds to a frame.
 pub struct AddedView {

@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_bar_runs_from_end_to_end() {
-        let map = color_map(View::Overdraw).unwrap();
+        let map = color_map(View::LightsTested).unwrap();
         let rgb = drawn(640, 360, "fragments", &Scale::Bar { map, end: 1234.0, whole: true });
         for color in [map.colors[0], map.colors[map.colors.len() - 1]] {
             assert!(count(&rgb, color) >= 8, "{color:x}");

@@ -36,7 +36,7 @@ pub fn color_map(view: View) -> Option<ColorMap> {
             Some(ColorMap { colors: &[0x000000, 0xffffff], end: Some(1.0) })
         }
         View::SelectedLevel => Some(ColorMap { colors: &LEVEL_COLORS, end: Some(MAX_LEVEL as f32) }),
-        View::Overdraw | View::LightCount => Some(ColorMap { colors: INFERNO, end: None }),
+        View::LightsTested | View::LightCount => Some(ColorMap { colors: INFERNO, end: None }),
         View::Final | View::Albedo | View::Normal | View::Direct | View::Indirect | View::LevelWeights | View::Vpls => {
             None
         }
@@ -72,7 +72,7 @@ pub fn legend_of(view: View, [first, last]: [u32; 2], measured_end: f32) -> Opti
         View::ShadowRatio => "S / U, unfiltered",
         View::ShadowRatioFiltered => "S / U, filtered",
         View::SelectedLevel => "mean level chosen",
-        View::Overdraw => "fragments per pixel",
+        View::LightsTested => "fragments per pixel",
         View::LightCount => "lights per pixel",
         View::LevelWeights => "share of each level",
         _ => return None,
@@ -80,7 +80,7 @@ pub fn legend_of(view: View, [first, last]: [u32; 2], measured_end: f32) -> Opti
     let scale = match view {
         View::SelectedLevel | View::LevelWeights => Scale::Levels { first, last },
         _ => {
-            let whole = matches!(view, View::Overdraw | View::LightCount);
+            let whole = matches!(view, View::LightsTested | View::LightCount);
             color_map(view).map(|map| Scale::Bar { map, end: map.end.unwrap_or(measured_end), whole })?
         }
     };

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gridlight::cpu::count_lights::{LevelTable, TABLE_WORDS};
-use gridlight::cpu::deal_tiles::{Deal, TILE_STRIDE};
+use gridlight::cpu::deal_tiles::{Deal, SUB_IMAGE_STRIDE};
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::LightList;
 use gridlight::gpu::{Executor, Gpu};
@@ -12,7 +12,7 @@ use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::light_shape::LightShape;
-use gridlight::settings::{Build, Center, Filter, Reservoir, Scatter, ShadowPoints, View};
+use gridlight::settings::{CenterWeight, FirstLevelBuild, LevelBuild, Reservoir, ShadowFilter, ShadowPoints, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
 use gridlight::techniques::lgh::{self, HierarchyOutputs};
 
@@ -32,9 +32,9 @@ pub struct Options {
     /// Lmax.
     pub top: u32,
     /// How levels above S1 are built.
-    pub build: Build,
+    pub build: LevelBuild,
     /// How lights count in positions.
-    pub center: Center,
+    pub center: CenterWeight,
     /// Interleave n.
     pub interleave: u32,
     /// First used level.
@@ -115,10 +115,10 @@ impl Hierarchy {
         let top = self.shape.levels.top;
         let mut lights: Vec<GridLight> = self.read(outputs.grid.lights);
         lights.truncate(table.range(top).end);
-        let tile_count = self.shape.interleave * self.shape.interleave;
-        let tiles: Vec<u32> = self.read(outputs.merged.tiles);
+        let sub_image_count = self.shape.interleave * self.shape.interleave;
+        let tiles: Vec<u32> = self.read(outputs.merged.sub_images);
         let mut merged: Vec<GridLight> = self.read(outputs.merged.lights);
-        merged.truncate(tiles[(tile_count as usize - 1) * TILE_STRIDE + top as usize + 1] as usize);
+        merged.truncate(tiles[(sub_image_count as usize - 1) * SUB_IMAGE_STRIDE + top as usize + 1] as usize);
         let descent = outputs.descent.unwrap();
         Readback {
             tables: self.read(descent.tables),
@@ -131,7 +131,7 @@ impl Hierarchy {
             lights,
             tiles,
             merged,
-            deal: Deal { tile_count, first_level: self.shape.first_level, top_level: top, light_count },
+            deal: Deal { sub_image_count, first_level: self.shape.first_level, top_level: top, light_count },
         }
     }
 
@@ -167,10 +167,10 @@ pub fn shape(options: Options) -> LghShape {
         lighting: gridlight::settings::LightingMode::Gather,
         reservoir: Reservoir::Lock,
         build: options.build,
-        scatter: if options.build == Build::Scatter { Scatter::Atomic } else { Scatter::Sorted },
-        filter: Filter::None,
+        scatter: if options.build == LevelBuild::Scatter { FirstLevelBuild::Atomic } else { FirstLevelBuild::Sorted },
+        filter: ShadowFilter::None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
-        count_overdraw: false,
+        count_lights_tested: false,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the stages of the error report render: a list of recipes, made from the settings alone.
 
 use crate::cli::ErrorReportOptions;
-use crate::settings::{Build, Filter, Settings, Switch, Technique};
+use crate::settings::{LevelBuild, Settings, ShadowFilter, Switch, Technique};
 
 /// The frames that a picture comes from. All of them have the same light paths and sampling points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,10 +98,10 @@ impl Planner<'_> {
     fn build(&self) -> StagePlan {
         let cause = "Coarse levels gather from finer ones instead of from every VPL.";
         let build = match self.settings.lgh.build {
-            Build::Scatter => Build::Cascade,
+            LevelBuild::Scatter => LevelBuild::Cascade,
             other => other,
         };
-        let (reference, test) = (self.unshadowed(Build::Scatter), self.unshadowed(build));
+        let (reference, test) = (self.unshadowed(LevelBuild::Scatter), self.unshadowed(build));
         stage("build", cause, reference, test, Vec::new())
     }
 
@@ -112,31 +112,37 @@ impl Planner<'_> {
         );
         let cause = "A few shadow rays to chosen lights darken all of the light by one ratio.";
         let reference = self.every_vpl(self.settings.many_lights.clamp, Switch::On);
-        stage("shadow sampling", cause, reference, self.mean(Filter::None, 1), notes)
+        stage("shadow sampling", cause, reference, self.mean(ShadowFilter::None, 1), notes)
     }
 
     fn noise(&self) -> StagePlan {
         let frames = self.options.frames_per_stage;
         let label = "one frame, unfiltered".to_owned();
-        let recipe = Recipe { frames: Frames::OneAfter(frames), ..self.mean(Filter::None, 1).recipe };
+        let recipe = Recipe { frames: Frames::OneAfter(frames), ..self.mean(ShadowFilter::None, 1).recipe };
         let notes = vec![format!("The mean's own noise, 1/{frames} of the variance, is in it.")];
         let cause = "The shadow samples of a single frame.";
-        stage("noise of a frame", cause, self.mean(Filter::None, 1), Picture { label, recipe, direct: None }, notes)
+        stage(
+            "noise of a frame",
+            cause,
+            self.mean(ShadowFilter::None, 1),
+            Picture { label, recipe, direct: None },
+            notes,
+        )
     }
 
     fn filter(&self) -> StagePlan {
         let cause = "The shadow estimates are blurred across each surface.";
         let mut notes = Vec::new();
-        if self.settings.lgh.filter == Filter::None {
+        if self.settings.lgh.filter == ShadowFilter::None {
             notes.push("The settings leave this filter out.".to_owned());
         }
-        stage("filter", cause, self.mean(Filter::None, 1), self.mean(Filter::Atrous, 1), notes)
+        stage("filter", cause, self.mean(ShadowFilter::None, 1), self.mean(ShadowFilter::Atrous, 1), notes)
     }
 
     fn filtered_shadows(&self) -> StagePlan {
         let cause = "Shadow samples and their filter together.";
         let reference = self.every_vpl(self.settings.many_lights.clamp, Switch::On);
-        stage("filtered shadows", cause, reference, self.mean(Filter::Atrous, 1), self.shadow_notes())
+        stage("filtered shadows", cause, reference, self.mean(ShadowFilter::Atrous, 1), self.shadow_notes())
     }
 
     fn shadow_notes(&self) -> Vec<String> {
@@ -194,11 +200,11 @@ impl Planner<'_> {
         Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
     }
 
-    fn unshadowed(&self, build: Build) -> Picture {
+    fn unshadowed(&self, build: LevelBuild) -> Picture {
         let built = match build {
-            Build::Cascade => "cascaded",
-            Build::Gather => "gathered",
-            Build::Scatter => "scattered",
+            LevelBuild::Cascade => "cascaded",
+            LevelBuild::Gather => "gathered",
+            LevelBuild::Scatter => "scattered",
         };
         let label = format!("hierarchy, {built}, unshadowed");
         let settings = self.of(Technique::Lgh, Switch::Off).changed(|s| {
@@ -208,13 +214,13 @@ impl Planner<'_> {
         Picture { label, recipe: Recipe { settings, frames: Frames::One }, direct: None }
     }
 
-    fn mean(&self, filter: Filter, interleave: u32) -> Picture {
+    fn mean(&self, filter: ShadowFilter, interleave: u32) -> Picture {
         let frames = self.options.frames_per_stage;
         let interleaved =
             if interleave > 1 { format!(", interleaved {interleave}x{interleave}") } else { String::new() };
         let filtered = match filter {
-            Filter::Atrous => "filtered",
-            Filter::None => "unfiltered",
+            ShadowFilter::Atrous => "filtered",
+            ShadowFilter::None => "unfiltered",
         };
         let label = format!("mean of {frames} frames, {filtered}{interleaved}");
         let settings = self.of(Technique::Lgh, Switch::Off).changed(|s| {
@@ -270,7 +276,7 @@ mod tests {
     fn the_whole_method_is_one_frame_as_set() {
         let settings = Settings::default().changed(|s| {
             s.lgh.interleave = 4;
-            s.lgh.filter = Filter::None;
+            s.lgh.filter = ShadowFilter::None;
             s.lgh.alpha = 2.0;
         });
         let plan = plan(&settings, &options());

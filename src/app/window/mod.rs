@@ -6,6 +6,7 @@ mod camera;
 mod keys;
 mod loader;
 mod panel;
+mod presenter;
 mod presets;
 #[cfg(feature = "shader-compiler")]
 mod reload;
@@ -13,7 +14,6 @@ mod scale;
 mod screenshot;
 mod script;
 mod session;
-mod stage;
 mod sun;
 
 use std::path::Path;

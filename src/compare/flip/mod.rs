@@ -36,8 +36,8 @@ pub fn flip_map(reference: &Image, test: &Image) -> Vec<f32> {
     assert_eq!(reference.size(), test.size(), "FLIP compares pictures of one size");
     let filters = Filters::new(PIXELS_PER_DEGREE);
     let (a, b) = std::thread::scope(|scope| {
-        let other = scope.spawn(|| Seen::new(test, &filters));
-        let a = Seen::new(reference, &filters);
+        let other = scope.spawn(|| FilteredImage::new(test, &filters));
+        let a = FilteredImage::new(reference, &filters);
         (a, other.join().expect("FLIP does not panic on pictures of one size"))
     });
     let largest = largest_color_difference();
@@ -66,7 +66,7 @@ fn color_error(difference: f32, largest: f32) -> f32 {
 }
 
 /// What the eye gets of one picture.
-struct Seen {
+struct FilteredImage {
     /// Filtered by contrast sensitivity, in Hunt-adjusted L*a*b*.
     color: Vec<Vec3>,
     /// Strength of edges, from luminance.
@@ -75,7 +75,7 @@ struct Seen {
     point: Vec<f32>,
 }
 
-impl Seen {
+impl FilteredImage {
     fn new(image: &Image, filters: &Filters) -> Self {
         let linear = |pixel: &[f32; 3]| to_opponent(Vec3::from(pixel.map(|v| decode_srgb(v.clamp(0.0, 1.0)))));
         let opponent: Vec<Vec3> = image.pixels().iter().map(linear).collect();

@@ -1,10 +1,10 @@
 //! From the bytes of what every frame and every scene has to arrays with named fields.
 
-use crate::dump::{Array, Known, f, u};
+use crate::dump::{Array, DumpContext, f, u};
 use crate::shared::LEVEL_ROWS;
 
 /// `FrameData`.
-pub fn frame_data(bytes: &[u8], _: &Known<'_>) -> Array {
+pub fn frame_data(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     let vectors = ["eye_near", "forward", "right", "up", "scene_sphere"].map(|name| f(name, &[4]));
     let integers = ["size", "sampling", "counts", "lights"].map(|name| u(name, &[4]));
     let mut fields = vec![f("clip_from_world", &[4, 4])];

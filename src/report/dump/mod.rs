@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 pub use crate::dump::array;
-use crate::dump::{Array, Contents, Derived, Known, Scalar, all_words};
+use crate::dump::{Array, Contents, Derived, DumpContext, Scalar, all_words};
 use crate::gpu::{Gpu, Work, Written};
 use crate::graph::{Resource, ResourceInfo};
 use crate::renderer::{Renderer, UploadedScene};
@@ -52,7 +52,7 @@ pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
     write_scene(folder, sources)?;
     let graph = sources.renderer.executor().graph();
     let Shapes { frame: shape, technique } = sources.renderer.shapes();
-    let known = Known::new(shape, (**technique).as_any());
+    let known = DumpContext::new(shape, (**technique).as_any());
     let mut frame = FrameDump { folder, known, shapes: sources.renderer.shapes() };
     sources.renderer.run_and_read(|index, written| {
         let pass = &graph.passes()[index];
@@ -111,7 +111,7 @@ fn write_scene(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
 /// A frame on its way into the folder.
 struct FrameDump<'a> {
     folder: &'a mut DumpFolder,
-    known: Known<'a>,
+    known: DumpContext<'a>,
     shapes: &'a Shapes,
 }
 

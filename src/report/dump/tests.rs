@@ -9,7 +9,7 @@ use crate::light_grid::Levels;
 use crate::passes::FrameShape;
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
-use crate::settings::{Build, Filter, LightingMode, Reservoir, Scatter, ShadowPoints, View};
+use crate::settings::{FirstLevelBuild, LevelBuild, LightingMode, Reservoir, ShadowFilter, ShadowPoints, View};
 use crate::techniques::testing::all_shapes;
 
 fn frame_shape() -> FrameShape {
@@ -34,18 +34,18 @@ fn lgh() -> LghShape {
         interleave: 1,
         levels: Levels::new(4),
         lobe: crate::settings::Lobe::Mixture,
-        center: crate::settings::Center::Intensity,
+        center: crate::settings::CenterWeight::Intensity,
         first_level: 1,
         grid_capacity: 64,
         upper_capacity: 32,
         shadow_points: ShadowPoints::Descent,
         lighting: LightingMode::Gather,
         reservoir: Reservoir::Exact,
-        build: Build::Cascade,
-        scatter: Scatter::Sorted,
-        filter: Filter::Atrous,
+        build: LevelBuild::Cascade,
+        scatter: FirstLevelBuild::Sorted,
+        filter: ShadowFilter::Atrous,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,
-        count_overdraw: true,
+        count_lights_tested: true,
     }
 }
 
@@ -54,12 +54,12 @@ fn every_resource_has_an_entry() {
     let plain = lgh();
     let shapes = [
         plain.clone(),
-        LghShape { lighting: LightingMode::Volumes, interleave: 4, filter: Filter::None, ..plain.clone() },
+        LghShape { lighting: LightingMode::Volumes, interleave: 4, filter: ShadowFilter::None, ..plain.clone() },
         LghShape {
             lighting: LightingMode::Volumes,
             reservoir: Reservoir::Lock,
-            build: Build::Scatter,
-            scatter: Scatter::Atomic,
+            build: LevelBuild::Scatter,
+            scatter: FirstLevelBuild::Atomic,
             first_level: 0,
             ..plain.clone()
         },

@@ -3,7 +3,9 @@
 use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{above_zero, require, within};
-use crate::settings::{Build, Center, Filter, Levels, LightingMode, Lobe, Reservoir, Scatter, ShadowPoints};
+use crate::settings::{
+    CenterWeight, FirstLevelBuild, LevelBuild, Levels, LightingMode, Lobe, Reservoir, ShadowFilter, ShadowPoints,
+};
 
 settings_group! {
     /// The lighting grid hierarchy.
@@ -20,7 +22,7 @@ settings_group! {
         pub lobe: Lobe = Lobe::Mixture,
         /// Where a grid light is: the mean of its lights by luminance, or each counting the same [default: intensity]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "intensity|uniform")]
-        pub center: Center = Center::Intensity,
+        pub center: CenterWeight = CenterWeight::Intensity,
         /// First level that lights: 0 the lights themselves, 1 the finest grid [default: 1]
         #[arg(long, value_name = "0|1")]
         pub first_level: u32 = 1,
@@ -30,11 +32,11 @@ settings_group! {
         /// How the coarse levels are built: from the level below, from the finest level, or from all lights
         /// [default: cascade]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "cascade|gather|scatter")]
-        pub build: Build = Build::Cascade,
+        pub build: LevelBuild = LevelBuild::Cascade,
         /// How lights are summed into the finest grid: listed by cell, or by atomic additions [default: sorted, but
         /// atomic where very many lights share a cell]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "sorted|atomic")]
-        pub scatter: Option<Scatter> = None,
+        pub scatter: Option<FirstLevelBuild> = None,
         /// First level whose lights get shadow rays, 0 to 10 [default: 1]
         #[arg(long, value_name = "L", help_heading = "Shadows")]
         pub shadow_from: u32 = 1,
@@ -54,7 +56,7 @@ settings_group! {
         pub reservoir: Option<Reservoir> = None,
         /// Filter of the shadow estimates [default: atrous]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "atrous|none", help_heading = "Shadows")]
-        pub filter: Filter = Filter::Atrous,
+        pub filter: ShadowFilter = ShadowFilter::Atrous,
     }
 }
 
@@ -81,7 +83,7 @@ impl Validate for LghSettings {
         require(!picks_otherwise || self.lighting != Some(LightingMode::Gather), || {
             "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes".to_owned()
         })?;
-        require(self.build != Build::Scatter || self.scatter != Some(Scatter::Sorted), || {
+        require(self.build != LevelBuild::Scatter || self.scatter != Some(FirstLevelBuild::Sorted), || {
             "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \
              build"
                 .to_owned()

@@ -5,8 +5,8 @@
 
 use super::super::many_lights;
 use crate::dump::{
-    Array, COUNT, DEPTH, Derived, Entry, Field, Known, LIGHTING, RGBA, Scalar, all_words, buffer, bytes_of, f, image,
-    interleaved, noted, per_pixel, ranks, u, words,
+    Array, COUNT, DEPTH, Derived, DumpContext, Entry, Field, LIGHTING, RGBA, Scalar, all_words, buffer, bytes_of, f,
+    image, interleaved, noted, per_pixel, ranks, u, words,
 };
 use crate::passes::lgh_shape::LghShape;
 use crate::settings::Reservoir;
@@ -105,7 +105,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     interleaved(buffer(
         "overdraw",
         COUNT,
-        overdraw,
+        lights_tested,
         "Lights that each pixel tests: light-volume fragments and the top level, or the candidates of its tile.",
     )),
     interleaved(buffer(
@@ -160,7 +160,7 @@ pub(super) const ENTRIES: &[Entry] = &[
 
 /// Lights of S0 by cell. Before they are sorted their order within a cell is left to chance, so that only which they are
 /// is told: in the order of their numbers.
-fn light_bucket_lights(bytes: &[u8], known: &Known<'_>) -> Array {
+fn light_bucket_lights(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let count = many_lights::light_count(known);
     let mut lights = words(bytes);
     lights.truncate(count as usize);
@@ -171,7 +171,7 @@ fn light_bucket_lights(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// Bounds, from integers that are ordered like the floats back to floats.
-fn bounds(bytes: &[u8], _: &Known<'_>) -> Array {
+fn bounds(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     let float = |ordered: u32| if ordered >> 31 == 1 { ordered & 0x7fff_ffff } else { !ordered };
     let mut floats: Vec<u32> = words(bytes).into_iter().take(7).map(float).collect();
     // Minima are kept as maxima of the negated coordinate.
@@ -181,7 +181,7 @@ fn bounds(bytes: &[u8], _: &Known<'_>) -> Array {
 }
 
 /// `GridPlacement`.
-fn grid_placement(bytes: &[u8], _: &Known<'_>) -> Array {
+fn grid_placement(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     let floats = [f("origin_ws", &[3]), f("h_top", &[]), f("inverse_h_top", &[]), f("flux_scale", &[])];
     let mut fields = floats.to_vec();
     fields.push(u("light_count", &[]));
@@ -203,7 +203,7 @@ fn grid_light_fields() -> Vec<Field> {
 }
 
 /// Grid lights of the levels that the pass made; of a listed vertex only its level and index.
-fn grid_lights(bytes: &[u8], known: &Known<'_>) -> Array {
+fn grid_lights(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let (first, count) = pushed_levels(known);
     let part = &bytes[64 * first as usize..64 * (first + count) as usize];
     if known.pass.starts_with("compaction/") {
@@ -214,12 +214,12 @@ fn grid_lights(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// The merged list up to its end.
-fn merged_lights(bytes: &[u8], known: &Known<'_>) -> Array {
+fn merged_lights(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::records(grid_light_fields(), &[merged_count(known)], bytes)
 }
 
 /// Fixed-point sums of the levels that the pass added to.
-fn moments(bytes: &[u8], known: &Known<'_>) -> Array {
+fn moments(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let (first, count) = pushed_levels(known);
     let record = 4 * MOMENT_WORDS as usize;
     let part = &bytes[record * first as usize..];
@@ -227,12 +227,12 @@ fn moments(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// First light and number of lights by level, and the lights lost.
-fn level_table(bytes: &[u8], _: &Known<'_>) -> Array {
+fn level_table(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     Array::records(vec![u("first_and_count", &[LEVELS, 2]), u("lost", &[])], &[1], bytes)
 }
 
 /// Indirect dispatches; those not yet written are zeroed.
-fn level_dispatches(bytes: &[u8], known: &Known<'_>) -> Array {
+fn level_dispatches(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let last = known.push.get(1).copied().unwrap_or(MAX_LEVEL);
     let mut words = words(bytes);
     for (slot, dispatch) in words.chunks_exact_mut(3).enumerate() {
@@ -246,12 +246,12 @@ fn level_dispatches(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// One dispatch.
-fn merge_dispatch(bytes: &[u8], _: &Known<'_>) -> Array {
+fn merge_dispatch(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::U32, &[1, 3], bytes)
 }
 
 /// Starts of the used levels of every sub-image.
-fn tiles(bytes: &[u8], known: &Known<'_>) -> Array {
+fn tiles(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let Some(shape) = known.shape::<LghShape>() else { return all_words(bytes, known) };
     let (first, end) = (shape.first_level as usize, shape.levels.top as usize + 1);
     let mut words = words(bytes);
@@ -263,22 +263,22 @@ fn tiles(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// `VkDrawIndirectCommand`s.
-fn draws(bytes: &[u8], _: &Known<'_>) -> Array {
+fn draws(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     let fields = ["vertex_count", "instance_count", "first_vertex", "first_instance"].map(|name| u(name, &[]));
     Array::records(fields.to_vec(), &[bytes.len() as u64 / 16], bytes)
 }
 
 /// Fragments by pixel in the interleaved layout; nothing where they are not counted.
-fn overdraw(bytes: &[u8], known: &Known<'_>) -> Array {
+fn lights_tested(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let Some(shape) = known.shape::<LghShape>() else { return all_words(bytes, known) };
     let pixels = interleaved_pixels(shape);
     // Views leave the counting out whatever the shape says.
-    let counted = shape.count_overdraw && bytes.len() as u64 == 4 * pixels[0] * pixels[1];
+    let counted = shape.count_lights_tested && bytes.len() as u64 == 4 * pixels[0] * pixels[1];
     Array::plain(Scalar::U32, &if counted { pixels } else { [0, 0] }, bytes)
 }
 
 /// Reservoirs by pixel in the interleaved layout.
-fn reservoirs(bytes: &[u8], known: &Known<'_>) -> Array {
+fn reservoirs(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let Some(shape) = known.shape::<LghShape>() else { return all_words(bytes, known) };
     let [height, width] = interleaved_pixels(shape);
     let samples = u64::from(shape.lights.shadow_samples);
@@ -293,7 +293,7 @@ fn reservoirs(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// Descent tables of the lights above S1; unused parts have no light.
-fn descent_tables(bytes: &[u8], known: &Known<'_>) -> Array {
+fn descent_tables(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let Some(shape) = known.shape::<LghShape>() else { return all_words(bytes, known) };
     let stride = 2 * DESCENT_PARTS + 2;
     let upper: u64 = (2..=shape.levels.top).map(|l| level(known, l).1).sum();
@@ -314,7 +314,7 @@ fn descent_tables(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// Representatives of the S1 lights: race key and light of S0.
-fn representatives(bytes: &[u8], known: &Known<'_>) -> Array {
+fn representatives(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let index_bits = known.push.first().copied().unwrap_or(1);
     let count = level(known, 1).1;
     let split = |word: u32| match word {
@@ -328,14 +328,14 @@ fn representatives(bytes: &[u8], known: &Known<'_>) -> Array {
 }
 
 /// First light of a level in the grid lights, and number of lights.
-fn level(known: &Known<'_>, level: u32) -> (u64, u64) {
+fn level(known: &DumpContext<'_>, level: u32) -> (u64, u64) {
     let table = known.words("level_table");
     let word = |index: usize| table.get(index).copied().unwrap_or(0).into();
     (word(2 * level as usize), word(2 * level as usize + 1))
 }
 
 /// First light and number of lights of the levels that the pass was pushed.
-fn pushed_levels(known: &Known<'_>) -> (u64, u64) {
+fn pushed_levels(known: &DumpContext<'_>) -> (u64, u64) {
     let first = known.push.first().copied().unwrap_or(1);
     let last = known.push.get(1).copied().unwrap_or(first);
     (level(known, first).0, (first..=last).map(|l| level(known, l).1).sum())
@@ -348,7 +348,7 @@ fn interleaved_pixels(shape: &LghShape) -> [u64; 2] {
 }
 
 /// End of the merged list.
-fn merged_count(known: &Known<'_>) -> u64 {
+fn merged_count(known: &DumpContext<'_>) -> u64 {
     let Some(shape) = known.shape::<LghShape>() else { return 0 };
     let tiles = (shape.interleave * shape.interleave) as usize;
     let index = (tiles - 1) * LEVELS as usize + shape.levels.top as usize + 1;
@@ -356,7 +356,7 @@ fn merged_count(known: &Known<'_>) -> u64 {
 }
 
 /// The blending radius of every merged light, which the shaders compute where they need it.
-pub(super) fn blending_radii(merged: &[u8], known: &Known<'_>, data: &FrameData) -> Option<Derived> {
+pub(super) fn blending_radii(merged: &[u8], known: &DumpContext<'_>, data: &FrameData) -> Option<Derived> {
     let top = known.shape::<LghShape>()?.levels.top as i32;
     // `GridPlacement::h_top`.
     let h_top = f32::from_bits(*known.words("grid_placement").get(3)?);

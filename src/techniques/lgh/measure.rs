@@ -10,7 +10,7 @@ use crate::light_grid::choose_levels::{LevelChoice, choose_levels};
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_volumes::reservoir_bytes;
 use crate::passes::{descent, merge};
-use crate::settings::{self, Build, LightingMode, Reservoir, Scatter, Settings};
+use crate::settings::{self, FirstLevelBuild, LevelBuild, LightingMode, Reservoir, Settings};
 use crate::shared::{GridLight, MOMENT_WORDS};
 use crate::{Error, Result};
 
@@ -63,11 +63,11 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<LghShape> {
         lighting: lighting_mode(settings),
         reservoir: reservoir_mode(gpu, settings)?,
         build: settings.lgh.build,
-        scatter: Scatter::Sorted,
+        scatter: FirstLevelBuild::Sorted,
         filter: settings.lgh.filter,
         lighting_format: if rgba32f { vk::Format::R32G32B32A32_SFLOAT } else { vk::Format::R16G16B16A16_SFLOAT },
         // A dump shows the lights that every pixel tests.
-        count_overdraw: settings.output.dump.is_some(),
+        count_lights_tested: settings.output.dump.is_some(),
     };
     let [width, height] = shape.interleaved_px();
     job.check_image_size([width, height])?;
@@ -106,9 +106,9 @@ pub(super) fn measure(job: &Job<'_>, shape: &mut LghShape) -> Result<()> {
 }
 
 /// How lights are summed into S1 when `most_in_cell` of them share a cell.
-fn scatter_mode(settings: &Settings, most_in_cell: u32) -> Scatter {
-    let crowded = settings.lgh.build == Build::Scatter || most_in_cell > MOST_SORTED_IN_CELL;
-    settings.lgh.scatter.unwrap_or(if crowded { Scatter::Atomic } else { Scatter::Sorted })
+fn scatter_mode(settings: &Settings, most_in_cell: u32) -> FirstLevelBuild {
+    let crowded = settings.lgh.build == LevelBuild::Scatter || most_in_cell > MOST_SORTED_IN_CELL;
+    settings.lgh.scatter.unwrap_or(if crowded { FirstLevelBuild::Atomic } else { FirstLevelBuild::Sorted })
 }
 
 /// The reservoirs, the largest buffer of the picture's size, must fit the device.

@@ -12,12 +12,12 @@ use serde_json::{Map, Value, json};
 use super::rules::require;
 use super::{Added, AddedView, Count, InspectorTable, Technique, TechniqueShape, many_lights};
 use crate::Result;
-use crate::dump::{Derived, Entry, Known};
+use crate::dump::{Derived, DumpContext, Entry};
 use crate::job::Job;
 use crate::passes::Frame;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
-use crate::settings::{Filter, Settings, View, name};
+use crate::settings::{Settings, ShadowFilter, View, name};
 use crate::shared::{FrameData, InspectedPixel};
 use crate::uploaded_scene::UploadedScene;
 
@@ -39,7 +39,7 @@ impl Technique for Lgh {
             | View::ShadowRatio
             | View::ShadowRatioFiltered
             | View::SelectedLevel
-            | View::Overdraw
+            | View::LightsTested
             | View::LightCount
             | View::LevelWeights => true,
             View::Final | View::Albedo | View::Normal | View::Depth | View::Direct => false,
@@ -52,7 +52,7 @@ impl Technique for Lgh {
         if needs_shadows(view) {
             settings.require_shadow_samples(&format!("view {}", name(&view)))?;
         }
-        require(view != View::ShadowRatioFiltered || settings.lgh.filter != Filter::None, || {
+        require(view != View::ShadowRatioFiltered || settings.lgh.filter != ShadowFilter::None, || {
             let view = name(&view);
             format!("view {view} needs a filter, and filter none is none: choose view shadow-ratio, or filter atrous")
         })
@@ -130,7 +130,7 @@ impl TechniqueShape for LghShape {
     }
 
     fn counting(&self) -> Option<Box<dyn TechniqueShape>> {
-        Some(Box::new(Self { count_overdraw: true, ..self.clone() }))
+        Some(Box::new(Self { count_lights_tested: true, ..self.clone() }))
     }
 
     fn note_choices(&self, settings: &mut Settings) {
@@ -165,7 +165,7 @@ impl TechniqueShape for LghShape {
         sizes.as_object().cloned().unwrap_or_default()
     }
 
-    fn derived(&self, resource: &str, bytes: &[u8], known: &Known<'_>, data: &FrameData) -> Option<Derived> {
+    fn derived(&self, resource: &str, bytes: &[u8], known: &DumpContext<'_>, data: &FrameData) -> Option<Derived> {
         (resource == "merged_lights").then(|| dump::blending_radii(bytes, known, data))?
     }
 }

@@ -13,10 +13,10 @@ use crate::passes::light_volumes::Lighting;
 use crate::passes::merge::MergedLights;
 use crate::passes::shadow_rays::{Samples, ShadowEstimates};
 use crate::passes::{
-    Frame, FrameShape, atrous, bounds, compaction, descent, grid_gather, grid_scatter, inspect, interleave,
+    Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, inspect, interleave,
     light_buckets, light_gather, light_volumes, merge, shadow_rays,
 };
-use crate::settings::{Build, Filter, LightingMode, Scatter, ShadowPoints};
+use crate::settings::{FirstLevelBuild, LevelBuild, LightingMode, ShadowFilter, ShadowPoints};
 
 /// Buffers of the hierarchy that outlive the frame.
 #[derive(Clone, Copy, Debug)]
@@ -32,14 +32,14 @@ pub struct HierarchyOutputs {
     /// The way from coarse lights to the lights they are made of, when shadow rays take it.
     pub descent: Option<Descent>,
     /// Lights that each pixel tests, where pixels are lit.
-    pub overdraw: Option<BufferHandle>,
+    pub lights_tested: Option<BufferHandle>,
 }
 
 impl HierarchyOutputs {
     /// What the host can read of them.
     pub(super) fn outputs(&self, shape: &LghShape) -> TechniqueOutputs {
         let mut counters = vec![self.lights.counts, self.grid.level_table];
-        counters.extend(self.overdraw.filter(|_| shape.count_overdraw));
+        counters.extend(self.lights_tested.filter(|_| shape.count_lights_tested));
         TechniqueOutputs::new(counters, *self)
     }
 }
@@ -79,7 +79,7 @@ fn add_grids(frame: &mut Frame, shape: &LghShape, lights: Lights) -> HierarchyOu
     let placement = bounds::add(frame, &lights, &shape.lights);
     let grid = construct(frame, shape, &lights, placement);
     let merged = merge::add(frame, shape, &lights, placement, &grid);
-    HierarchyOutputs { lights, placement, grid, merged, descent: None, overdraw: None }
+    HierarchyOutputs { lights, placement, grid, merged, descent: None, lights_tested: None }
 }
 
 /// The unshadowed lighting, as it was summed and put together.
@@ -109,7 +109,7 @@ pub(super) fn add_lighting(
             light_gather::add(frame, shape, gbuffer, &inputs)
         }
     };
-    hierarchy.overdraw = Some(lighting.overdraw);
+    hierarchy.lights_tested = Some(lighting.lights_tested);
     let composite = interleave::composite(frame, shape, gbuffer, lighting.image);
     Lit { lighting, composite }
 }
@@ -143,8 +143,8 @@ pub(super) fn filter_shadows(
 ) -> ShadowEstimates {
     let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, lit.lighting.image, estimates);
     match shape.filter {
-        Filter::Atrous => atrous::add(frame, gbuffer, lit.composite.lighting, estimates),
-        Filter::None => estimates,
+        ShadowFilter::Atrous => atrous::add(frame, gbuffer, lit.composite.lighting, estimates),
+        ShadowFilter::None => estimates,
     }
 }
 
@@ -162,25 +162,25 @@ pub fn construct(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement
     let top = shape.levels.top;
     let mut grid = compaction::begin_grid(frame, shape);
     match shape.build {
-        Build::Cascade | Build::Gather => {
+        LevelBuild::Cascade | LevelBuild::Gather => {
             compaction::mark_lights(frame, shape, lights, placement, &grid, 1, 1);
             compaction::compact_levels(frame, shape, "S1", &grid, 1, 1);
             match shape.scatter {
-                Scatter::Sorted => {
+                FirstLevelBuild::Sorted => {
                     let buckets = light_buckets::add(frame, shape, lights, placement);
-                    grid_scatter::add_sorted(frame, shape, lights, placement, &grid, &buckets);
+                    first_level::add_sorted(frame, shape, lights, placement, &grid, &buckets);
                     grid.buckets = Some(buckets);
                 }
-                Scatter::Atomic => grid_scatter::add(frame, shape, lights, placement, &grid, 1),
+                FirstLevelBuild::Atomic => first_level::add(frame, shape, lights, placement, &grid, 1),
             }
             compaction::mark_grid_lights(frame, &grid);
             compaction::compact_levels(frame, shape, "upper", &grid, 2, top);
             grid_gather::add(frame, shape, placement, &grid);
         }
-        Build::Scatter => {
+        LevelBuild::Scatter => {
             compaction::mark_lights(frame, shape, lights, placement, &grid, 1, top);
             compaction::compact_levels(frame, shape, "all", &grid, 1, top);
-            grid_scatter::add(frame, shape, lights, placement, &grid, top);
+            first_level::add(frame, shape, lights, placement, &grid, top);
         }
     }
     grid

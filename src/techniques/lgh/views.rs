@@ -18,7 +18,7 @@ pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: 
         View::Final | View::Albedo | View::Normal | View::Depth | View::Direct => None,
         View::Vpls => Some(many_lights::add_points(frame, &shape.lights, gbuffer)),
         View::LightCount | View::LevelWeights => Some(light_sums(frame, shape, gbuffer, view)),
-        View::Indirect | View::ShadowRatio | View::ShadowRatioFiltered | View::SelectedLevel | View::Overdraw => {
+        View::Indirect | View::ShadowRatio | View::ShadowRatioFiltered | View::SelectedLevel | View::LightsTested => {
             Some(lighting(frame, shape, gbuffer, view))
         }
     }
@@ -30,7 +30,7 @@ fn reduced(shape: &LghShape, view: View) -> LghShape {
         return shape.clone();
     }
     let lights = LightShape { shadow_samples: 0, ..shape.lights };
-    LghShape { lights, count_overdraw: view == View::Overdraw, ..shape.clone() }
+    LghShape { lights, count_lights_tested: view == View::LightsTested, ..shape.clone() }
 }
 
 fn shown(shape: &LghShape, values: ImageHandle, picture: ToneMapped, hierarchy: &HierarchyOutputs) -> AddedView {
@@ -51,7 +51,7 @@ fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) 
     let mut hierarchy = add_hierarchy(frame, shape);
     let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
     let values = match (view, lit.lighting.reservoirs) {
-        (View::Overdraw, _) => debug_view::show_overdraw(frame, lit.lighting.overdraw),
+        (View::LightsTested, _) => debug_view::show_lights_tested(frame, lit.lighting.lights_tested),
         (View::SelectedLevel, Some(reservoirs)) => {
             debug_view::show_chosen_levels(frame, shape, &hierarchy.merged, reservoirs)
         }

@@ -75,7 +75,7 @@ pub fn overlay(ui: &mut Ui, free: Rect, facts: &Facts<'_>, actions: &mut Vec<Act
 
 /// What was told about the inspected pixel, by the side that it is on.
 fn inspect(ui: &Ui, free: Rect, facts: &Facts<'_>) {
-    let Some(pixel) = facts.main.told.and_then(|told| told.inspected) else { return };
+    let Some(pixel) = facts.main.feedback.and_then(|feedback| feedback.inspected) else { return };
     let window = ui.ctx().content_rect();
     let [x, y] = pixel.pixel.map(|at| at as f32 + 0.5);
     let at = pos2(x / facts.picture.width as f32, y / facts.picture.height as f32);
@@ -83,7 +83,9 @@ fn inspect(ui: &Ui, free: Rect, facts: &Facts<'_>) {
     inspector::mark(ui, at);
     let on_left = |held: &&HeldFacts<'_>| at.x < window.left() + held.divider * window.width();
     let side = facts.held.as_ref().filter(on_left).map_or(&facts.main, |held| &held.side);
-    let (Some(shapes), Some(pixel)) = (side.shapes, side.told.and_then(|told| told.inspected)) else { return };
+    let (Some(shapes), Some(pixel)) = (side.shapes, side.feedback.and_then(|feedback| feedback.inspected)) else {
+        return;
+    };
     // Away from the pixel.
     let (place, pivot) = if at.x < free.center().x {
         (free.right_center() - vec2(8.0, 0.0), Align2::RIGHT_CENTER)

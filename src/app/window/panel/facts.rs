@@ -2,7 +2,7 @@
 
 use super::history::History;
 use crate::gpu::MemoryUse;
-use crate::renderer::Told;
+use crate::renderer::FrameFeedback;
 use crate::settings::{Settings, Size};
 use crate::techniques::Shapes;
 
@@ -51,7 +51,7 @@ pub struct SideFacts<'a> {
     /// Shapes of its frame, when one is compiled.
     pub shapes: Option<&'a Shapes>,
     /// What its last completed frame told.
-    pub told: Option<&'a Told>,
+    pub feedback: Option<&'a FrameFeedback>,
 }
 
 /// What is known of the left side of a split view.

@@ -24,8 +24,8 @@ fn level_color(level: u32) -> Color32 {
 
 /// Title and scale of a side's view, when it has one.
 pub fn of(side: &SideFacts<'_>) -> Option<(&'static str, Scale)> {
-    let (shapes, told) = (side.shapes?, side.told?);
-    views::legend_of(shapes.frame.view, shapes.technique.level_range(), told.exposure)
+    let (shapes, feedback) = (side.shapes?, side.feedback?);
+    views::legend_of(shapes.frame.view, shapes.technique.level_range(), feedback.exposure)
 }
 
 /// Shows the legend of a side's view, when it has one.
@@ -48,12 +48,12 @@ fn bar(ui: &mut Ui, colors: &[u32], ticks: &[String; 3]) {
         ui.painter().rect_filled(Rect::from_min_size(pos2(left, area.top()), vec2(1.5, BAR.y)), 0.0, fill);
     }
     let below = |x: f32| Pos2::new(x, area.top() + BAR.y + 2.0);
-    let places = [
+    let positions = [
         (area.left(), Align2::LEFT_TOP),
         (area.left() + 0.5 * BAR.x, Align2::CENTER_TOP),
         (area.left() + BAR.x, Align2::RIGHT_TOP),
     ];
-    for (tick, (x, align)) in ticks.iter().zip(places) {
+    for (tick, (x, align)) in ticks.iter().zip(positions) {
         ui.painter().text(below(x), align, tick, font.clone(), ui.visuals().text_color());
     }
 }

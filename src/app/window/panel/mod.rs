@@ -291,14 +291,14 @@ fn memory(ui: &mut Ui, facts: &Facts<'_>) {
             ui.end_row();
         }
     });
-    let Some(told) = facts.main.told else { return };
+    let Some(feedback) = facts.main.feedback else { return };
     egui::Grid::new("counts").num_columns(2).striped(true).show(ui, |ui| {
         let mut row = |name: String, count: String| {
             ui.label(name);
             ui.label(count);
             ui.end_row();
         };
-        for count in &told.counts {
+        for count in &feedback.counts {
             match &count.value {
                 Value::Array(levels) => levels
                     .iter()
@@ -307,10 +307,10 @@ fn memory(ui: &mut Ui, facts: &Facts<'_>) {
                 value => row(count.label.to_owned(), value.to_string()),
             }
         }
-        row("rays of light paths".to_owned(), told.rays[0].to_string());
-        row("shadow rays".to_owned(), told.rays[1].to_string());
+        row("rays of light paths".to_owned(), feedback.rays[0].to_string());
+        row("shadow rays".to_owned(), feedback.rays[1].to_string());
     });
-    if let Some(sentence) = &told.complaint {
+    if let Some(sentence) = &feedback.complaint {
         ui.colored_label(ERROR, sentence);
     }
 }

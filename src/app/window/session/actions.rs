@@ -50,7 +50,7 @@ impl Session {
             Action::Screenshot(name) => self.screenshots.push(name),
             Action::SaveSettings(path) => {
                 let saved = screenshot::save_settings(&self.present_settings(), &path);
-                if self.soften(saved)?.is_some() {
+                if self.recover(saved)?.is_some() {
                     self.panel.say(format!("saved {}", path.display()));
                 }
             }
@@ -73,7 +73,7 @@ impl Session {
             Action::Restore => {
                 self.window.set_minimized(false);
                 self.hidden = false;
-                self.stage.resized();
+                self.presenter.resized();
             }
             Action::Quit => self.quit = true,
         }
@@ -83,7 +83,7 @@ impl Session {
     fn resize(&mut self, size: [u32; 2]) {
         self.no_area = size.contains(&0);
         if self.no_area {
-            self.stage.resized();
+            self.presenter.resized();
         } else if let Some(size) = self.window.request_inner_size(PhysicalSize::new(size[0], size[1])) {
             // At once, without an event.
             self.resized([size.width, size.height]);
@@ -91,7 +91,7 @@ impl Session {
     }
 
     fn go_to_camera(&mut self, index: usize) {
-        let Some(scene) = self.stage.scene() else { return };
+        let Some(scene) = self.presenter.scene() else { return };
         match scene.cameras.get(index) {
             Some(camera) => {
                 self.camera = FlyCamera::new(camera);
@@ -104,12 +104,12 @@ impl Session {
     /// Takes over settings when they are in order.
     fn change(&mut self, settings: Result<Settings>) -> Result<()> {
         let checked = settings.and_then(|new| techniques::check(&new).map(|()| new));
-        let Some(new) = self.soften(checked)? else { return Ok(()) };
+        let Some(new) = self.recover(checked)? else { return Ok(()) };
         let before = std::mem::replace(&mut self.settings, new);
         self.panel.clear_error();
         self.scale.forget();
         if self.settings.window.present_mode != before.window.present_mode {
-            self.stage.resized();
+            self.presenter.resized();
         }
         if self.settings.scene.sun != before.scene.sun
             && let Some(sun) = &mut self.sun
@@ -118,10 +118,10 @@ impl Session {
             self.sun_turned_deg = f32::INFINITY;
         }
         if self.settings.scene.camera != before.scene.camera
-            && let Some(scene) = self.stage.scene()
+            && let Some(scene) = self.presenter.scene()
         {
             let found = find_camera(scene, self.settings.scene.camera.as_deref());
-            match self.soften(found)? {
+            match self.recover(found)? {
                 Some(camera) => self.camera = FlyCamera::new(&camera),
                 None => self.settings.scene.camera = before.scene.camera,
             }
@@ -135,8 +135,8 @@ impl Session {
             self.panel.show_error("a scene is being loaded already".to_owned());
             return Ok(());
         }
-        let started = Loading::start(path, None, self.stage.gpu().report().limits.array_layers);
-        self.loading = self.soften(started)?;
+        let started = Loading::start(path, None, self.presenter.gpu().report().limits.array_layers);
+        self.loading = self.recover(started)?;
         self.panel.clear_error();
         Ok(())
     }
@@ -148,7 +148,7 @@ impl Session {
             techniques::check(&new)?;
             Ok(new)
         });
-        let Some(new) = self.soften(read)? else { return Ok(()) };
+        let Some(new) = self.recover(read)? else { return Ok(()) };
         let scene = new.scene.file.clone();
         let other_scene = scene != self.settings.scene.file;
         self.change(Ok(new.changed(|s| s.scene.file = self.settings.scene.file.clone())))?;
@@ -172,7 +172,7 @@ impl Session {
     pub(super) fn take_shaders(&mut self) -> Result<()> {
         let Some(compiled) = self.shaders.take() else { return Ok(()) };
         self.dirty = true;
-        let Some(compiled) = self.soften(compiled)? else { return Ok(()) };
+        let Some(compiled) = self.recover(compiled)? else { return Ok(()) };
         let names = compiled.names();
         self.panel.clear_error();
         if names.is_empty() {
@@ -183,8 +183,8 @@ impl Session {
         log::info!("{what}");
         self.panel.say(what);
         let before = compiled.put_in_use();
-        let adopted = self.stage.compile(self.camera.camera());
-        if self.soften(adopted)?.is_none() {
+        let adopted = self.presenter.compile(self.camera.camera());
+        if self.recover(adopted)?.is_none() {
             // They compile, but the frame cannot have them: bindings that are not there, say.
             before.put_in_use();
         }
@@ -195,10 +195,10 @@ impl Session {
     /// Takes the screenshots that were asked for, of the last frame; waits for it.
     pub(super) fn take_screenshots(&mut self) -> Result<()> {
         for name in std::mem::take(&mut self.screenshots) {
-            let Some(renderer) = self.stage.renderer() else { return Ok(()) };
-            let held = self.stage.held_renderer().zip(self.held_settings());
+            let Some(renderer) = self.presenter.renderer() else { return Ok(()) };
+            let held = self.presenter.held_renderer().zip(self.held_settings());
             let saved = screenshot::save(renderer, &self.picture_settings(), held, name.as_deref());
-            if let Some(what) = self.soften(saved)? {
+            if let Some(what) = self.recover(saved)? {
                 log::info!("saved {what}");
                 self.panel.say(format!("saved {what}"));
             }

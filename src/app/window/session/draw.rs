@@ -9,11 +9,11 @@ use crate::app::window::action::Action;
 use crate::app::window::app::IDLE;
 use crate::app::window::loader::Loading;
 use crate::app::window::panel::facts::{Facts, SideFacts};
+use crate::app::window::presenter::{DoneFrame, Outcome, Request};
 use crate::app::window::scale::{fixed_scale, picture_size};
-use crate::app::window::stage::{DoneFrame, Outcome, Request};
 use crate::app::window::sun::Sun;
 use crate::gpu::PanelPicture;
-use crate::renderer::{Renderer, Told};
+use crate::renderer::{FrameFeedback, Renderer};
 use crate::settings::Settings;
 
 /// Time between two titles.
@@ -37,7 +37,7 @@ impl Session {
 
     /// Settings with the size that the picture has in the window.
     pub(super) fn sized(&self, settings: Settings) -> Settings {
-        let scale = fixed_scale(settings.window.render_scale, self.stage.gpu().report().is_cpu())
+        let scale = fixed_scale(settings.window.render_scale, self.presenter.gpu().report().is_cpu())
             .unwrap_or_else(|| self.scale.scale());
         let size = picture_size(self.window_px(), scale, settings.lgh.interleave);
         settings.changed(|s| s.picture.size = size)
@@ -76,11 +76,11 @@ impl Session {
         if let Some(capture) = &mut self.capture {
             capture.begin(self.shown_count);
         }
-        let outcome = self.stage.frame(window_px, &request);
+        let outcome = self.presenter.frame(window_px, &request);
         let was_shown = matches!(outcome, Ok(Outcome::Shown));
         let captured = self.capture.as_mut().map_or(Ok(None), |capture| capture.end(was_shown));
         let outcome = outcome?;
-        if let Some(Some(path)) = self.soften(captured)? {
+        if let Some(Some(path)) = self.recover(captured)? {
             self.panel.say(format!("RenderDoc captured {}", path.display()));
         }
         self.shown_camera = Some(self.camera.camera().clone());
@@ -101,8 +101,8 @@ impl Session {
     fn adapt(&mut self) -> Result<bool> {
         let start = Instant::now();
         let held_anew = self.adapt_held()?;
-        let adapted = self.stage.adapt(self.camera.camera(), &self.picture_settings(), self.inspector.is_on());
-        match self.soften(adapted)? {
+        let adapted = self.presenter.adapt(self.camera.camera(), &self.picture_settings(), self.inspector.is_on());
+        match self.recover(adapted)? {
             Some(anew) => {
                 if anew || held_anew {
                     log::debug!("compiled anew in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
@@ -128,11 +128,11 @@ impl Session {
 
     /// Takes note of the frames that have completed.
     pub(super) fn take_done(&mut self) {
-        for DoneFrame { main, held } in self.stage.take_done() {
+        for DoneFrame { main, held } in self.presenter.take_done() {
             let mut ms = main.result.gpu_ms();
             ms += self.split.as_mut().zip(held).map_or(0.0, |(split, held)| split.take(held));
             self.history.add(main.result);
-            self.take_told(main.told);
+            self.take_feedback(main.feedback);
             if self.chooses_scale() && self.goal() == 1 && self.scale.observe(ms) {
                 let size = self.picture_settings().picture.size;
                 log::warn!("frames take {ms:.0} ms: the picture now has {size} pixels");
@@ -141,17 +141,19 @@ impl Session {
     }
 
     /// Takes note of what a frame told; a window at rest shows it once more where it is of something else.
-    fn take_told(&mut self, told: Option<Told>) {
-        let subject = |told: &Option<Told>| told.as_ref().map(|told| told.inspected.map(|pixel| pixel.pixel));
-        self.dirty |= subject(&told) != subject(&self.told);
-        self.told = told;
+    fn take_feedback(&mut self, feedback: Option<FrameFeedback>) {
+        let subject = |feedback: &Option<FrameFeedback>| {
+            feedback.as_ref().map(|feedback| feedback.inspected.map(|pixel| pixel.pixel))
+        };
+        self.dirty |= subject(&feedback) != subject(&self.feedback);
+        self.feedback = feedback;
     }
 
     fn run_panel(&mut self) -> (PanelPicture, Vec<Action>) {
         let (picture, window_px, scale_is_chosen) =
             (self.picture_settings().picture.size, self.window_px(), self.chooses_scale());
         let settings = self.present_settings();
-        let renderer = self.stage.renderer();
+        let renderer = self.presenter.renderer();
         let facts = Facts {
             settings: &settings,
             picture,
@@ -159,17 +161,17 @@ impl Session {
             history: &self.history,
             pass_names: renderer.map(Renderer::pass_names).unwrap_or_default(),
             memory: renderer.map(|r| r.executor().memory()).unwrap_or_default(),
-            reserved_bytes: self.stage.gpu().reserved_bytes(),
-            device: &self.stage.gpu().report().name,
-            cameras: self.stage.scene().map_or_else(Vec::new, |s| s.cameras.iter().map(|c| &*c.name).collect()),
+            reserved_bytes: self.presenter.gpu().reserved_bytes(),
+            device: &self.presenter.gpu().report().name,
+            cameras: self.presenter.scene().map_or_else(Vec::new, |s| s.cameras.iter().map(|c| &*c.name).collect()),
             loading: self.loading.as_ref().map(Loading::progress),
             accumulated: self.accumulated,
             paused: self.clock.paused,
             sun_deg: self.sun.as_ref().map(Sun::angles_deg),
             sun_speed: self.sun_speed,
             scale_is_chosen,
-            main: SideFacts { shapes: renderer.map(Renderer::shapes), told: self.told.as_ref() },
-            held: self.split.as_ref().map(|split| split.facts(&self.stage, &settings)),
+            main: SideFacts { shapes: renderer.map(Renderer::shapes), feedback: self.feedback.as_ref() },
+            held: self.split.as_ref().map(|split| split.facts(&self.presenter, &settings)),
             inspects: self.inspector.is_on(),
         };
         self.panel.run(&self.window, &facts)
@@ -182,7 +184,7 @@ impl Session {
         }
         self.titled = Instant::now();
         let mut title = String::from("gridlight");
-        if let Some(scene) = self.stage.scene() {
+        if let Some(scene) = self.presenter.scene() {
             let size = self.picture_settings().picture.size;
             title += &format!(" - {} - {size} pixels - {:.1} frames/s", scene.name, self.history.frames_per_second());
         }

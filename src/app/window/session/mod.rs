@@ -20,15 +20,15 @@ use super::keys::{self, Keys};
 use super::loader::Loading;
 use super::panel::Panel;
 use super::panel::history::History;
+use super::presenter::Presenter;
 #[cfg(feature = "shader-compiler")]
 use super::reload::ShaderReload;
 use super::scale::{ScaleControl, fixed_scale};
 use super::script::Script;
-use super::stage::Stage;
 use super::sun::Sun;
 use crate::app::setup::find_camera;
 use crate::gpu::FrameCapture;
-use crate::renderer::Told;
+use crate::renderer::FrameFeedback;
 use crate::scene::Camera;
 use crate::settings::{RenderScale, Settings};
 use crate::{Error, Result, interrupt};
@@ -65,7 +65,7 @@ struct Clock {
 /// Everything of an open window.
 pub struct Session {
     panel: Panel,
-    stage: Stage,
+    presenter: Presenter,
     loading: Option<Loading>,
     window: Arc<Window>,
     settings: Settings,
@@ -89,7 +89,7 @@ pub struct Session {
     /// Frames accumulated since anything changed.
     accumulated: u32,
     /// What the last completed frame told.
-    told: Option<Told>,
+    feedback: Option<FrameFeedback>,
     split: Option<Split>,
     inspector: Inspector,
     /// Screenshots to take of the next frame.
@@ -119,17 +119,17 @@ impl Session {
     /// Opens the device and starts to load the scene.
     ///
     /// # Errors
-    /// Those of [`Stage::open`] and [`FrameCapture::load`].
+    /// Those of [`Presenter::open`] and [`FrameCapture::load`].
     pub fn open(window: Arc<Window>, mut settings: Settings, script: Script) -> Result<Self> {
         let capture = FrameCapture::load(settings.output.renderdoc_frame)?;
-        let stage = Stage::open(&settings, Arc::<Window>::clone(&window));
-        let stage = FrameCapture::opened(capture.as_ref(), stage)?;
+        let presenter = Presenter::open(&settings, Arc::<Window>::clone(&window));
+        let presenter = FrameCapture::opened(capture.as_ref(), presenter)?;
         let mut defaults = Settings::default();
-        if stage.gpu().report().is_cpu() && settings.window.render_scale == RenderScale::Auto {
+        if presenter.gpu().report().is_cpu() && settings.window.render_scale == RenderScale::Auto {
             adapt_to_cpu(&mut settings, &mut defaults);
         }
         let size = window.inner_size();
-        let layers = stage.gpu().report().limits.array_layers;
+        let layers = presenter.gpu().report().limits.array_layers;
         let loading = Some(Loading::start(settings.scene.file.clone(), settings.scene.sun, layers)?);
         let now = Instant::now();
         Ok(Self {
@@ -149,7 +149,7 @@ impl Session {
             scale: ScaleControl::new([size.width, size.height]),
             history: History::default(),
             accumulated: 0,
-            told: None,
+            feedback: None,
             split: None,
             inspector: Inspector::Off,
             screenshots: Vec::new(),
@@ -167,7 +167,7 @@ impl Session {
             titled: now,
             settings,
             defaults,
-            stage,
+            presenter,
         })
     }
 
@@ -176,10 +176,10 @@ impl Session {
     /// # Errors
     /// [`Error::Validation`] when the layers reported anything, the end included.
     pub fn close(self) -> Result<()> {
-        let log = self.stage.gpu().validation_log();
+        let log = self.presenter.gpu().validation_log();
         // The surface goes before its window.
-        let Self { stage, panel, window, .. } = self;
-        drop(stage);
+        let Self { presenter, panel, window, .. } = self;
+        drop(presenter);
         drop(panel);
         drop(window);
         log.check()
@@ -198,7 +198,7 @@ impl Session {
             self.show_title();
             return Ok(Pace::In(IDLE));
         }
-        if !self.stage.is_ready()? {
+        if !self.presenter.is_ready()? {
             return Ok(Pace::In(BUSY));
         }
         self.take_done();
@@ -264,8 +264,8 @@ impl Session {
         let is_shown = self.sun.as_ref().is_some_and(|sun| !sun.is_changed());
         if at_rest && is_shown && self.sun_turned_deg > FAR_TURN_DEG {
             self.sun_turned_deg = 0.0;
-            let measured = self.stage.measure_again(self.camera.camera());
-            self.soften(measured)?;
+            let measured = self.presenter.measure_again(self.camera.camera());
+            self.recover(measured)?;
         }
         Ok(())
     }
@@ -286,13 +286,13 @@ impl Session {
             let camera = find_camera(&loaded.scene, wanted)?;
             let (path, radius) = (loaded.path.clone(), loaded.scene.bounds.radius());
             let settings = self.picture_settings().changed(|s| s.scene.file = path);
-            self.stage.set_scene(loaded, &camera, &settings)?;
+            self.presenter.set_scene(loaded, &camera, &settings)?;
             Ok((camera, settings.scene.file, radius))
         });
         let shown = match shown {
             // Without any scene the error ends the program.
             Err(error) if !self.has_scene => return Err(error),
-            shown => self.soften(shown)?,
+            shown => self.recover(shown)?,
         };
         if let Some((camera, path, radius)) = shown {
             self.camera = FlyCamera::new(&camera);
@@ -300,7 +300,7 @@ impl Session {
                 (self.settings.scene.camera, self.settings.scene.sun) = (None, None);
             }
             let placed = self.settings.scene.sun;
-            self.sun = self.stage.uploaded().and_then(|scene| Sun::new(scene.other_lights(), placed));
+            self.sun = self.presenter.uploaded().and_then(|scene| Sun::new(scene.other_lights(), placed));
             self.keys.speed = 0.2 * radius;
             self.settings.scene.file = path;
             self.shown_settings = self.settings.clone();
@@ -311,7 +311,7 @@ impl Session {
     }
 
     /// Shows an error that the window survives; gives others back.
-    fn soften<T>(&mut self, result: Result<T>) -> Result<Option<T>> {
+    fn recover<T>(&mut self, result: Result<T>) -> Result<Option<T>> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(error @ (Error::Usage(_) | Error::File { .. } | Error::Failure(_) | Error::Memory { .. })) => {
@@ -326,7 +326,7 @@ impl Session {
 
     /// Whether the picture's size follows the time that frames take.
     fn chooses_scale(&self) -> bool {
-        fixed_scale(self.settings.window.render_scale, self.stage.gpu().report().is_cpu()).is_none()
+        fixed_scale(self.settings.window.render_scale, self.presenter.gpu().report().is_cpu()).is_none()
     }
 
     /// Lets the panel see an event; true when it is the panel's alone.
@@ -387,7 +387,7 @@ impl Session {
     /// The window has another size.
     pub fn resized(&mut self, size_px: [u32; 2]) {
         self.size_px = size_px;
-        self.stage.resized();
+        self.presenter.resized();
         self.dirty = true;
     }
 

@@ -3,8 +3,8 @@
 use super::Session;
 use crate::Result;
 use crate::app::window::panel::facts::{HeldFacts, SideFacts};
-use crate::app::window::stage::{Done, Stage};
-use crate::renderer::{Renderer, Told};
+use crate::app::window::presenter::{Done, Presenter};
+use crate::renderer::{FrameFeedback, Renderer};
 use crate::settings::Settings;
 
 /// The left side of a split view.
@@ -13,7 +13,7 @@ pub(super) struct Split {
     settings: Settings,
     /// Where it ends, 0 to 1 from the left.
     pub(super) divider: f32,
-    told: Option<Told>,
+    feedback: Option<FrameFeedback>,
     /// Sum of its passes in the last frame.
     ms: f64,
 }
@@ -46,14 +46,17 @@ impl Split {
     /// Takes note of a frame; its milliseconds.
     pub(super) fn take(&mut self, done: Done) -> f64 {
         self.ms = done.result.gpu_ms();
-        self.told = done.told;
+        self.feedback = done.feedback;
         self.ms
     }
 
     /// What the panel shows of it; `others` are the settings of the right side.
-    pub(super) fn facts<'a>(&'a self, stage: &'a Stage, others: &Settings) -> HeldFacts<'a> {
+    pub(super) fn facts<'a>(&'a self, presenter: &'a Presenter, others: &Settings) -> HeldFacts<'a> {
         HeldFacts {
-            side: SideFacts { shapes: stage.held_renderer().map(Renderer::shapes), told: self.told.as_ref() },
+            side: SideFacts {
+                shapes: presenter.held_renderer().map(Renderer::shapes),
+                feedback: self.feedback.as_ref(),
+            },
             divider: self.divider,
             differences: with_shared(&self.settings, others).differences(others).unwrap_or_default(),
             ms: self.ms,
@@ -66,7 +69,7 @@ impl Session {
     pub(super) fn toggle_split(&mut self) {
         self.split = match self.split.take() {
             Some(_) => None,
-            None => Some(Split { settings: self.settings.clone(), divider: 0.5, told: None, ms: 0.0 }),
+            None => Some(Split { settings: self.settings.clone(), divider: 0.5, feedback: None, ms: 0.0 }),
         };
         self.restart();
     }
@@ -110,8 +113,8 @@ impl Session {
     /// Compiles the left side where it has to be. When that fails the split view ends, and a word says why.
     pub(super) fn adapt_held(&mut self) -> Result<bool> {
         let held = self.held_settings();
-        let adapted = self.stage.adapt_held(self.camera.camera(), held.as_ref(), self.inspector.is_on());
-        let adapted = self.soften(adapted)?;
+        let adapted = self.presenter.adapt_held(self.camera.camera(), held.as_ref(), self.inspector.is_on());
+        let adapted = self.recover(adapted)?;
         if adapted.is_none() {
             self.split = None;
         }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
-pub use self::live::{Showing, Told};
+pub use self::live::{FrameFeedback, WindowOptions};
 use self::shape::checked_shapes;
 use crate::camera::View;
 use crate::error::Result;
@@ -46,7 +46,7 @@ pub struct Renderer {
     shapes: Shapes,
     /// What the frame has behind the picture for a window, and where in its readback each buffer of
     /// [`live::told_buffers`] is.
-    shown: Option<(Showing, Vec<Range<usize>>)>,
+    shown: Option<(WindowOptions, Vec<Range<usize>>)>,
 }
 
 impl Renderer {
@@ -74,12 +74,12 @@ impl Renderer {
         Self::compile(job, shapes, None)
     }
 
-    fn compile(job: &Job<'_>, shapes: Shapes, showing: Option<Showing>) -> Result<Self> {
+    fn compile(job: &Job<'_>, shapes: Shapes, window_options: Option<WindowOptions>) -> Result<Self> {
         let (mut graph, outputs) = frame::build(&shapes);
-        let shown = showing.map(|showing| {
-            let told = readback::add(&mut graph, &live::told_buffers(&outputs));
-            present::add(&mut graph, outputs.tone_mapped.picture, showing.format, showing.part);
-            (showing, told)
+        let shown = window_options.map(|window_options| {
+            let feedback = readback::add(&mut graph, &live::told_buffers(&outputs));
+            present::add(&mut graph, outputs.tone_mapped.picture, window_options.format, window_options.part);
+            (window_options, feedback)
         });
         let mut executor = Executor::new(job.gpu, graph, Some(Arc::clone(&job.scene.set)))?;
         executor.set_max_submit_ms(f64::from(job.settings.device.max_submit_ms));

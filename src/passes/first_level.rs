@@ -1,5 +1,5 @@
-//! `grid_scatter`: S1, each light adding itself to its eight surrounding vertices (section 3.1); with
-//! `--build scatter` every level, the slow variant of Table 1.
+//! S1, the finest level (passes `grid_scatter/...`): each vertex sums the lights of its cells, or each light adds itself
+//! to its eight surrounding vertices (section 3.1); with `--build scatter` every level, the slow variant of Table 1.
 
 use super::compaction::{GridLights, Lights, over_level};
 use super::lgh_shape::LghShape;
@@ -7,7 +7,7 @@ use super::light_buckets::LightBuckets;
 use super::{Frame, shader, threads};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
-use crate::settings::Center;
+use crate::settings::CenterWeight;
 use crate::shared::MOMENT_WORDS;
 
 /// Adds the passes for levels `1..=last`, with atomic additions.
@@ -75,7 +75,7 @@ pub fn add_sorted(
 }
 
 fn uniform_center(shape: &LghShape) -> u32 {
-    u32::from(shape.center == Center::Uniform)
+    u32::from(shape.center == CenterWeight::Uniform)
 }
 
 fn declare_moments(frame: &mut Frame, shape: &LghShape) -> BufferHandle {

@@ -7,10 +7,10 @@ use super::loader::Loaded;
 use crate::Result;
 use crate::gpu::{
     Acquired, FRAMES_IN_FLIGHT, FrameResult, FrameTicket, Gpu, GpuOptions, Overlay, PanelPainter, PanelPicture,
-    Presented, Shown, Surface, Swapchain, Target, WindowSource, is_srgb,
+    Presented, Surface, Swapchain, Target, WindowSource, WindowTarget, is_srgb,
 };
 use crate::passes::present::{Part, WindowFormat};
-use crate::renderer::{Fresh, Job, Renderer, Showing, Told, UploadedScene};
+use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, UploadedScene, WindowOptions};
 use crate::scene::{Camera, Scene};
 use crate::settings::Settings;
 use crate::shared::PunctualLight;
@@ -56,7 +56,7 @@ pub struct Done {
     /// Times.
     pub result: FrameResult,
     /// What the host learns of every frame.
-    pub told: Option<Told>,
+    pub feedback: Option<FrameFeedback>,
 }
 
 /// A frame that has completed, and the left side of its split view.
@@ -71,13 +71,13 @@ pub struct DoneFrame {
 struct Side {
     renderer: Renderer,
     /// What the renderer was measured with.
-    made_with: Settings,
+    measured_with: Settings,
 }
 
 impl Side {
     fn finish(&mut self, ticket: FrameTicket) -> Result<Done> {
         let result = self.renderer.wait(ticket)?;
-        Ok(Done { told: self.renderer.told(&result), result })
+        Ok(Done { feedback: self.renderer.feedback(&result), result })
     }
 
     fn prepare(&mut self, job: &Job<'_>, request: &Request<'_>) {
@@ -94,7 +94,7 @@ impl Side {
 }
 
 /// A scene on the device, with its compiled frames.
-struct Show {
+struct SceneFrames {
     main: Side,
     /// The left side of a split view.
     held: Option<Side>,
@@ -108,9 +108,9 @@ struct Tickets {
 }
 
 /// Everything on the device. Fields are dropped in order.
-pub struct Stage {
+pub struct Presenter {
     tickets: VecDeque<Tickets>,
-    show: Option<Show>,
+    frames: Option<SceneFrames>,
     /// Scene of the show.
     scene: Option<Scene>,
     painter: Option<PanelPainter>,
@@ -124,7 +124,7 @@ pub struct Stage {
     pub builds: u32,
 }
 
-impl Stage {
+impl Presenter {
     /// Opens the device that can show pictures in the window.
     ///
     /// # Errors
@@ -141,7 +141,7 @@ impl Stage {
         surface.check_mode(settings.window.present_mode)?;
         Ok(Self {
             tickets: VecDeque::new(),
-            show: None,
+            frames: None,
             scene: None,
             painter: None,
             swapchain: None,
@@ -165,17 +165,17 @@ impl Stage {
 
     /// The scene as uploaded.
     pub fn uploaded(&self) -> Option<&UploadedScene> {
-        self.show.as_ref().map(|show| &show.uploaded)
+        self.frames.as_ref().map(|frames| &frames.uploaded)
     }
 
     /// The compiled frame.
     pub fn renderer(&self) -> Option<&Renderer> {
-        self.show.as_ref().map(|show| &show.main.renderer)
+        self.frames.as_ref().map(|frames| &frames.main.renderer)
     }
 
     /// The compiled left side of a split view.
     pub fn held_renderer(&self) -> Option<&Renderer> {
-        self.show.as_ref()?.held.as_ref().map(|held| &held.renderer)
+        self.frames.as_ref()?.held.as_ref().map(|held| &held.renderer)
     }
 
     /// Puts another scene on the stage; the one before stays when that fails.
@@ -186,7 +186,7 @@ impl Stage {
         let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.tracing.rays)?;
         let main = self.compile_side(&Job::new(&self.gpu, &uploaded, camera, settings), (Part::Whole, false), None)?;
         self.retire()?;
-        self.show = Some(Show { main, held: None, uploaded });
+        self.frames = Some(SceneFrames { main, held: None, uploaded });
         self.scene = Some(loaded.scene);
         self.builds += 1;
         Ok(())
@@ -197,15 +197,15 @@ impl Stage {
     /// # Errors
     /// When the settings do not fit the device.
     pub fn adapt(&mut self, camera: &Camera, settings: &Settings, inspect: bool) -> Result<bool> {
-        let Some(Show { main, held, uploaded }) = &self.show else { return Ok(false) };
+        let Some(SceneFrames { main, held, uploaded }) = &self.frames else { return Ok(false) };
         let part = if held.is_some() { Part::Right } else { Part::Whole };
-        let Side { renderer, made_with } = main;
+        let Side { renderer, measured_with } = main;
         let job = Job::new(&self.gpu, uploaded, camera, settings);
-        if renderer.fits(&job, made_with, self.showing(part, inspect))? {
+        if renderer.fits(&job, measured_with, self.window_options(part, inspect))? {
             return Ok(false);
         }
         let side = self.compile_side(&job, (part, inspect), Some(main))?;
-        self.replace(|show| show.main = side)?;
+        self.replace(|frames| frames.main = side)?;
         Ok(true)
     }
 
@@ -214,13 +214,13 @@ impl Stage {
     /// # Errors
     /// When the settings do not fit the device.
     pub fn adapt_held(&mut self, camera: &Camera, settings: Option<&Settings>, inspect: bool) -> Result<bool> {
-        let Some(Show { main, held, uploaded }) = &self.show else { return Ok(false) };
+        let Some(SceneFrames { main, held, uploaded }) = &self.frames else { return Ok(false) };
         let job = |settings| Job::new(&self.gpu, uploaded, camera, settings);
         let side = match (held, settings) {
             (None, None) => return Ok(false),
             (Some(_), None) => None,
-            (Some(Side { renderer, made_with }), Some(settings))
-                if renderer.fits(&job(settings), made_with, self.showing(Part::Left, inspect))? =>
+            (Some(Side { renderer, measured_with }), Some(settings))
+                if renderer.fits(&job(settings), measured_with, self.window_options(Part::Left, inspect))? =>
             {
                 return Ok(false);
             }
@@ -229,7 +229,7 @@ impl Stage {
                 Some(self.compile_side(&job(settings), (Part::Left, inspect), Some(before))?)
             }
         };
-        self.replace(|show| show.held = side)?;
+        self.replace(|frames| frames.held = side)?;
         Ok(true)
     }
 
@@ -250,33 +250,33 @@ impl Stage {
     }
 
     fn compile_again(&mut self, camera: &Camera, measures: Measures) -> Result<()> {
-        let Some(Show { main, held, uploaded }) = &self.show else { return Ok(()) };
+        let Some(SceneFrames { main, held, uploaded }) = &self.frames else { return Ok(()) };
         let again = |side: &Side, part| {
             let before = (measures == Measures::Kept).then_some(side);
             let inspect = side.renderer.shapes().frame.inspect;
-            self.compile_side(&Job::new(&self.gpu, uploaded, camera, &side.made_with), (part, inspect), before)
+            self.compile_side(&Job::new(&self.gpu, uploaded, camera, &side.measured_with), (part, inspect), before)
         };
         let new_held = held.as_ref().map(|side| again(side, Part::Left)).transpose()?;
         let new_main = again(main, if held.is_some() { Part::Right } else { Part::Whole })?;
-        self.replace(|show| (show.main, show.held) = (new_main, new_held))
+        self.replace(|frames| (frames.main, frames.held) = (new_main, new_held))
     }
 
-    fn showing(&self, part: Part, inspect: bool) -> Showing {
-        Showing { format: self.format, part, inspect }
+    fn window_options(&self, part: Part, inspect: bool) -> WindowOptions {
+        WindowOptions { format: self.format, part, inspect }
     }
 
     fn compile_side(&self, job: &Job<'_>, (part, inspect): (Part, bool), before: Option<&Side>) -> Result<Side> {
-        let before = before.map(|side| (&side.renderer, &side.made_with));
-        let showing = self.showing(part, inspect);
-        let renderer = Renderer::for_window(job, showing, before)?;
-        Ok(Side { renderer, made_with: job.settings.clone() })
+        let before = before.map(|side| (&side.renderer, &side.measured_with));
+        let window_options = self.window_options(part, inspect);
+        let renderer = Renderer::for_window(job, window_options, before)?;
+        Ok(Side { renderer, measured_with: job.settings.clone() })
     }
 
     /// Changes the show once the frames under way have completed.
-    fn replace(&mut self, change: impl FnOnce(&mut Show)) -> Result<()> {
+    fn replace(&mut self, change: impl FnOnce(&mut SceneFrames)) -> Result<()> {
         self.retire()?;
-        if let Some(show) = &mut self.show {
-            change(show);
+        if let Some(frames) = &mut self.frames {
+            change(frames);
         }
         self.builds += 1;
         Ok(())
@@ -293,12 +293,12 @@ impl Stage {
 
     /// Waits for the frame that was begun first.
     fn finish_first(&mut self) -> Result<()> {
-        let (Some(show), Some(tickets)) = (&mut self.show, self.tickets.pop_front()) else { return Ok(()) };
-        let held = match (&mut show.held, tickets.held) {
+        let (Some(frames), Some(tickets)) = (&mut self.frames, self.tickets.pop_front()) else { return Ok(()) };
+        let held = match (&mut frames.held, tickets.held) {
             (Some(side), Some(ticket)) => Some(side.finish(ticket)?),
             _ => None,
         };
-        self.done.push(DoneFrame { main: show.main.finish(tickets.main)?, held });
+        self.done.push(DoneFrame { main: frames.main.finish(tickets.main)?, held });
         Ok(())
     }
 
@@ -307,9 +307,9 @@ impl Stage {
     /// # Errors
     /// When the device is lost.
     pub fn is_ready(&mut self) -> Result<bool> {
-        while let (Some(show), Some(tickets)) = (&self.show, self.tickets.front()) {
+        while let (Some(frames), Some(tickets)) = (&self.frames, self.tickets.front()) {
             // The left side is submitted before the right one and completes before it.
-            if !show.main.renderer.executor().is_done(&tickets.main)? {
+            if !frames.main.renderer.executor().is_done(&tickets.main)? {
                 break;
             }
             self.finish_first()?;
@@ -338,7 +338,9 @@ impl Stage {
         if !self.ensure_swapchain(window_px, request)? {
             return Ok(Outcome::Skipped);
         }
-        let (Some(show), Some(swapchain)) = (&mut self.show, &mut self.swapchain) else { return Ok(Outcome::Skipped) };
+        let (Some(frames), Some(swapchain)) = (&mut self.frames, &mut self.swapchain) else {
+            return Ok(Outcome::Skipped);
+        };
         let target = match swapchain.acquire()? {
             Acquired::Image(target) => target,
             Acquired::NotYet => return Ok(Outcome::Skipped),
@@ -354,7 +356,7 @@ impl Stage {
         };
         painter.update_textures(&request.panel.textures)?;
         let mut overlay = |commands, extent| painter.draw(commands, extent, request.panel);
-        let tickets = submit(&self.gpu, show, &target, request, &mut overlay)?;
+        let tickets = submit(&self.gpu, frames, &target, request, &mut overlay)?;
         self.tickets.push_back(tickets);
         match swapchain.present(target)? {
             Presented::Shown => {}
@@ -395,12 +397,12 @@ impl Stage {
 /// Submits the sides of a frame, the left one first.
 fn submit(
     gpu: &Arc<Gpu>,
-    show: &mut Show,
+    frames: &mut SceneFrames,
     target: &Target,
     request: &Request<'_>,
     overlay: &mut Overlay<'_>,
 ) -> Result<Tickets> {
-    let Show { main, held, uploaded } = show;
+    let SceneFrames { main, held, uploaded } = frames;
     let [width, height] = target.size_px();
     let split = held.as_mut().zip(request.held);
     let divider = split.as_ref().map_or(0, |(_, (_, at))| ((at * width as f32) as u32).min(width));
@@ -411,7 +413,7 @@ fn submit(
         if let Some(lights) = lights.take() {
             side.renderer.update_lights(lights);
         }
-        side.renderer.submit_to(&mut Shown { target, part_px: Some(part_px), overlay: &mut *overlay })
+        side.renderer.submit_to(&mut WindowTarget { target, part_px: Some(part_px), overlay: &mut *overlay })
     };
     let held = match split {
         Some((side, (settings, _))) => Some(begin(side, settings, [0, 0, divider, height])?),

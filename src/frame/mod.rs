@@ -6,7 +6,7 @@ use crate::gpu::Work;
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::passes::debug_view::{self, SurfaceView};
 use crate::passes::gbuffer::GBuffer;
-use crate::passes::inspect::{self, Seen};
+use crate::passes::inspect::{self, InspectorInputs};
 use crate::passes::tone_map::{self, ToneMapped};
 use crate::passes::{Frame, accumulate, compose, direct_light, gbuffer};
 use crate::settings::View;
@@ -44,10 +44,10 @@ fn add_picture(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> FrameOu
     let direct = frame.shape.direct.then(|| direct_light::add(frame, gbuffer));
     let mut radiance = compose::add(frame, gbuffer, direct, added.indirect);
     let inspected = frame.shape.inspect.then(|| {
-        let seen = Seen { radiance, direct, indirect: added.indirect };
+        let inputs = InspectorInputs { radiance, direct, indirect: added.indirect };
         match added.inspect {
-            Some(inspect) => inspect(frame, gbuffer, &seen),
-            None => inspect::add(frame, gbuffer, &seen),
+            Some(inspect) => inspect(frame, gbuffer, &inputs),
+            None => inspect::add(frame, gbuffer, &inputs),
         }
     });
     if frame.shape.accumulate {
@@ -72,8 +72,8 @@ fn add_view(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> Option<Add
 
 fn finish_view(frame: &mut Frame, gbuffer: &GBuffer, shown: AddedView) -> FrameOutputs {
     let AddedView { values, picture, outputs } = shown;
-    let seen = Seen { radiance: values, direct: None, indirect: None };
-    let inspected = frame.shape.inspect.then(|| inspect::add(frame, gbuffer, &seen));
+    let inputs = InspectorInputs { radiance: values, direct: None, indirect: None };
+    let inspected = frame.shape.inspect.then(|| inspect::add(frame, gbuffer, &inputs));
     FrameOutputs { radiance: values, tone_mapped: picture, ray_count: frame.ray_count, technique: outputs, inspected }
 }
 

@@ -1,7 +1,6 @@
 // Representatives: per S1 light REPRESENTATIVES words, each a light of S0 drawn with a probability proportional
 // to its share of the S1 light. A word holds a race key in its high bits and the light in its low `index_bits`,
 // so that one 32-bit atomic minimum draws the winner whatever the order.
-const uint REPRESENTATIVES = 4u;
 
 uint index_mask(uint index_bits) { return (1u << index_bits) - 1u; }
 

@@ -1,7 +1,5 @@
 // Descent tables: per grid light above S1 its parts in the level below and their cumulative luminance. A table is
 // DESCENT_STRIDE words: number of parts, then (cumulative luminance, grid light) pairs.
-const uint DESCENT_PARTS = 27u;
-const uint DESCENT_STRIDE = 2u * DESCENT_PARTS + 2u;
 
 // Table of grid light `index`; `first` is the first light of level 2.
 uint descent_table(uint index, uint first) { return (index - first) * DESCENT_STRIDE; }

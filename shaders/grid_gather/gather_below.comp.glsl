@@ -21,7 +21,7 @@ void main() {
     uvec3 vertex = vertex_from_index(grid_lights[record].vertex, level);
     float h = cell_size(grid.h_top, level);
     Moments sums = no_moments();
-    for (int i = 0; i < 27; ++i) {
+    for (int i = 0; i < int(DESCENT_PARTS); ++i) {
         ivec3 step = ivec3(i % 3, (i / 3) % 3, i / 9) - 1;
         uint below = grid_light_or_none(2 * ivec3(vertex) + step, level - 1u);
         if (below != NO_LIGHT) {

@@ -10,8 +10,8 @@ const uint FOUND_PER_LANE = 32u;
 const uint LEVEL_SHIFT = 28u;
 const uint LIGHT_MASK = (1u << LEVEL_SHIFT) - 1u;
 
-// What each thread has found, and then all of it in one list, in the order of the threads: the same in every run.
-shared uint found_lights[FOUND_PER_LANE * LANES];
+// What each thread has found, in a column of its own, and then all of it in one list, in the order of the threads: the
+// same in every run.
 shared uint candidates[FOUND_PER_LANE * LANES];
 shared uint found_counts[LANES];
 shared uint most_found;
@@ -120,11 +120,12 @@ uint find_in_level(Reach reach, Cluster own, Cluster before, bool has_before, ui
         uvec2 range = lights_of_row(reach, r, tile);
         for (uint i = range.x; i < range.y; ++i) {
             uint light = merged_light(reach, i, tile);
-            vec3 position = texelFetch(light_texels, light_texel(light, 0u), 0).xyz - frame.eye_near.xyz;
+            uint read = light == NO_LIGHT ? 0u : light;
+            vec3 position = texelFetch(light_texels, light_texel(read, 0u), 0).xyz - frame.eye_near.xyz;
             bool reaches = light != NO_LIGHT && may_reach(own, position, reach.level, radius);
             if (reaches && !(has_before && may_reach(before, position, reach.level, radius))) {
                 if (count >= first && count - first < FOUND_PER_LANE) {
-                    found_lights[(count - first) * LANES + lane] = light | reach.level << LEVEL_SHIFT;
+                    candidates[(count - first) * LANES + lane] = light | reach.level << LEVEL_SHIFT;
                 }
                 ++count;
             }
@@ -157,6 +158,10 @@ uint list_candidates(uint tile, uint first, out uint most) {
     atomicMax(most_found, count);
     uint kept = min(count - min(first, count), FOUND_PER_LANE);
     found_counts[lane] = kept;
+    uint own[FOUND_PER_LANE];
+    for (uint i = 0u; i < FOUND_PER_LANE; ++i) {
+        own[i] = i < kept ? candidates[i * LANES + lane] : 0u;
+    }
     barrier();
     uint before = 0u;
     uint total = 0u;
@@ -165,8 +170,10 @@ uint list_candidates(uint tile, uint first, out uint most) {
         before += i < lane ? n : 0u;
         total += n;
     }
-    for (uint i = 0u; i < kept; ++i) {
-        candidates[before + i] = found_lights[i * LANES + lane];
+    for (uint i = 0u; i < FOUND_PER_LANE; ++i) {
+        if (i < kept) {
+            candidates[before + i] = own[i];
+        }
     }
     most = most_found;
     barrier();

@@ -1,5 +1,4 @@
 // The merged list: per sub-image, per level. TILE_STRIDE entries per sub-image in `tiles`.
-const uint TILE_STRIDE = MAX_LEVEL + 2u;
 
 // How many of the first `first` of a level's `count` lights sub-image `tile` of `tile_count` gets.
 uint dealt_before(uint first, uint count, uint tile, uint tile_count) {

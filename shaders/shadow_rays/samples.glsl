@@ -7,7 +7,6 @@ layout(set = 0, binding = 2) uniform utexture2D normals_image;
 // Unshadowed lighting in the interleaved layout; in a the sum of f over all lights.
 layout(set = 0, binding = 3) uniform texture2D lighting_image;
 layout(set = 0, binding = 4, std430) readonly buffer MergedLights { GridLight merged_lights[]; };
-layout(set = 0, binding = 9, std430) readonly buffer GridLights { GridLight grid_lights[]; };
 layout(set = 0, binding = 10, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 11, std430) readonly buffer Descent { uint descent[]; };
 layout(set = 0, binding = 12, std430) readonly buffer Representatives { uint representatives[]; };
@@ -42,13 +41,16 @@ Receiver receiver_at(uvec2 pixel, float depth) {
 }
 
 // The S1 light that grid light `index` hands a ray to: at every level a part with a probability proportional to
-// its luminance.
+// its luminance. NO_LIGHT where there are more lights than tables, whose number was measured under another sun.
 uint descend(uint index, uint level, inout uint random_state) {
     for (; level > 1u; --level) {
         uint table = descent_table(index, level_first(2u));
-        uint parts = descent[table];
+        if (table + DESCENT_STRIDE > uint(descent.length())) {
+            return NO_LIGHT;
+        }
+        uint parts = min(descent[table], DESCENT_PARTS);
         if (parts == 0u) {
-            break;
+            return NO_LIGHT;
         }
         float target = random(random_state) * uintBitsToFloat(descent[table + 2u * parts]);
         uint part = 0u;
@@ -68,14 +70,21 @@ struct Sender {
     uint level;
 };
 
-// A light of S0 that the chosen light is made of.
-Sender original_sender(GridLight chosen, inout uint random_state) {
-    uint light = chosen.vertex;
-    if (chosen.level > 0u) {
-        uint s1 = descend(chosen.vertex, chosen.level, random_state);
-        uint r = min(uint(random(random_state) * float(REPRESENTATIVES)), REPRESENTATIVES - 1u);
-        light = representatives[s1 * REPRESENTATIVES + r] & index_mask(index_bits);
+// A light of S0 that the chosen light is made of, or NO_LIGHT where the way down to one is lost.
+uint original_of(GridLight chosen, inout uint random_state) {
+    if (chosen.level == 0u) {
+        return chosen.vertex;
     }
+    uint s1 = descend(chosen.vertex, chosen.level, random_state);
+    if (s1 == NO_LIGHT) {
+        return NO_LIGHT;
+    }
+    uint r = min(uint(random(random_state) * float(REPRESENTATIVES)), REPRESENTATIVES - 1u);
+    uint representative = representatives[s1 * REPRESENTATIVES + r];
+    return representative == NO_LIGHT ? NO_LIGHT : representative & index_mask(index_bits);
+}
+
+Sender original_sender(uint light) {
     uvec4 position_normal = light_positions[light];
     vec4 flux = light_fluxes[light];
     vec3 lobe = original_lobe(position_normal, flux);
@@ -104,8 +113,9 @@ uint sampling_state(uint pixel_index) { return hash(pixel_index, sampling_seed()
 ShadowSample trace_sample(Receiver receiver, uint light, float share, inout uint random_state) {
     GridLight chosen = merged_lights[light];
     ShadowSample result;
-    if (DESCEND != 0u) {
-        result.sender = original_sender(chosen, random_state);
+    uint original = DESCEND != 0u ? original_of(chosen, random_state) : NO_LIGHT;
+    if (original != NO_LIGHT) {
+        result.sender = original_sender(original);
     } else {
         result.sender = jittered_sender(chosen, random_state);
     }

@@ -1,10 +1,9 @@
 //! Twin of `merge/deal_tiles`.
 
 use super::count_lights::LevelTable;
-use crate::shared::MAX_LEVEL;
 
 /// Entries per sub-image in the tiles.
-pub const SUB_IMAGE_STRIDE: usize = MAX_LEVEL as usize + 2;
+pub const SUB_IMAGE_STRIDE: usize = crate::shared::TILE_STRIDE as usize;
 
 /// Which levels are merged for how many sub-images.
 #[derive(Clone, Copy, Debug)]

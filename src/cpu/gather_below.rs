@@ -7,7 +7,7 @@ use glam::{IVec3, UVec3};
 use super::count_lights::LevelTable;
 use super::gather_vertex::{Moments, store_light};
 use super::grid::Grid;
-use crate::shared::GridLight;
+use crate::shared::{DESCENT_PARTS, GridLight};
 
 /// Every vertex of one level gathers the lights of the 27 vertices of the level below that it is made of.
 pub fn gather_below(lights: &mut [GridLight], grid: &Grid, table: &LevelTable, level: u32) {
@@ -17,7 +17,7 @@ pub fn gather_below(lights: &mut [GridLight], grid: &Grid, table: &LevelTable, l
     for record in table.range(level) {
         let vertex = vertex_of(&lights[record], level);
         let mut sums = Moments::default();
-        for i in 0..27 {
+        for i in 0..DESCENT_PARTS as i32 {
             let step = IVec3::new(i % 3, i / 3 % 3, i / 9) - 1;
             // A vertex outside the grid is none of the keys.
             let finer = (2 * vertex.as_ivec3() + step).as_uvec3();

@@ -11,12 +11,10 @@ use super::lgh_shape::LghShape;
 use super::{Frame, shader, threads};
 use crate::gpu::{ComputeWork, Dispatch};
 use crate::graph::{Access, BufferHandle};
+use crate::shared::{DESCENT_STRIDE, REPRESENTATIVES};
 
 /// Bytes of one table (`descent/tables.glsl`).
-pub const TABLE_BYTES: u64 = 4 * (2 * 27 + 2);
-
-/// Representatives of each S1 light (`descent/representatives.glsl`).
-const REPRESENTATIVES: u64 = 4;
+pub const TABLE_BYTES: u64 = 4 * DESCENT_STRIDE as u64;
 
 /// The way from a coarse light to the lights it is made of.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +37,7 @@ pub fn add(
 ) -> Descent {
     let tables = build_tables(frame, shape, grid);
     let index_bits = shape.lights.light_capacity().next_power_of_two().trailing_zeros().max(1);
-    let size = 4 * REPRESENTATIVES * u64::from(shape.grid_capacity);
+    let size = 4 * u64::from(REPRESENTATIVES) * u64::from(shape.grid_capacity);
     let representatives = frame.graph.persistent_buffer("representatives", size);
     frame.clear("descent/clear", &[(representatives, u32::MAX)]);
     let work = ComputeWork {

@@ -329,7 +329,7 @@ mod tests {
     use super::*;
 
     /// The smallest limit of a Vulkan device on the shared memory of a workgroup.
-    const PORTABLE_SHARED_BYTES: u32 = 16_384 + 512;
+    const PORTABLE_SHARED_BYTES: u32 = 16_384;
     /// The smallest limit on push constants.
     const PORTABLE_PUSH_BYTES: u32 = 128;
 

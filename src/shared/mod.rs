@@ -33,6 +33,14 @@ shared_constants! {
     GATHER_SIZE = 64;
     /// Coarsest level that the tables have room for; levels are 1..=MAX_LEVEL, level 0 is the lights.
     MAX_LEVEL = 10;
+    /// Entries of a sub-image in `tiles`: its first merged light of each level, and the end.
+    TILE_STRIDE = MAX_LEVEL + 2;
+    /// Grid lights of the level below that a grid light is made of: vertices 2v + {-1, 0, 1}^3.
+    DESCENT_PARTS = 27;
+    /// Words of a descent table: the number of parts, then (cumulative luminance, grid light) of each.
+    DESCENT_STRIDE = 2 * DESCENT_PARTS + 2;
+    /// Lights of S0 drawn for each S1 light.
+    REPRESENTATIVES = 4;
     /// Words per S1 moment record: 14 sums, each a 64-bit fixed-point number in two words.
     MOMENT_WORDS = 28;
     /// Most shadow samples (reservoirs) per pixel.

@@ -33,10 +33,10 @@ pub enum Error {
         first: String,
     },
     /// The device was lost: exit code 5.
-    #[error("the Vulkan device was lost during or after pass `{pass}`")]
+    #[error("the Vulkan device was lost {place}")]
     DeviceLost {
-        /// The last pass whose crash marker was reached.
-        pass: String,
+        /// In which passes, or at which call outside a frame, as a clause that reads after "lost".
+        place: String,
     },
     /// The user stopped the run; what was finished has been written: exit code 130.
     #[error("{0}")]

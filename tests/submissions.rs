@@ -1,8 +1,10 @@
-//! A frame in one submission, in many, in steps and pass by pass: how many there are, and that the picture is the same.
+//! A frame in one submission, in many, in steps and pass by pass: how many there are, and that the picture is the same;
+//! and the crash markers on its way.
 
 mod common;
+mod support;
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
 
 use common::gpu;
@@ -52,7 +54,9 @@ fn submissions_change_nothing() {
     let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
     let passes = renderer.pass_names().len() as u32;
 
+    let markers = renderer.executor().plan().batch_count() as u32;
     let (first, _) = run(&mut renderer, LONG_MS);
+    assert_eq!(first.times.crash_markers, markers, "one for each batch of barriers");
     assert_eq!(first.times.submissions, passes, "times are not known before the first frame");
     let picture = bits(&renderer);
     assert!(picture.iter().any(|bits| *bits != 0));
@@ -61,6 +65,7 @@ fn submissions_change_nothing() {
         assert!(bits(renderer) == picture, "another picture {what}");
     };
     let (whole, _) = run(&mut renderer, LONG_MS);
+    assert_eq!(whole.times.crash_markers, markers);
     same("in one", whole.times.submissions, 1, &renderer);
     let (split, _) = run(&mut renderer, SHORT_MS);
     same("each pass", split.times.submissions, passes, &renderer);
@@ -94,6 +99,41 @@ fn a_repeated_pass_has_a_submission_for_each_step() {
 
     let (long, long_steps) = run(&mut renderer, LONG_MS);
     assert!(long_steps < short_steps, "{long_steps} steps with a long limit, {short_steps} with a short one");
+    assert_eq!(long.times.crash_markers, renderer.executor().plan().batch_count() as u32, "not one for each step");
     assert_eq!(long.times.submissions, 2 + long_steps, "what comes before and what comes after");
     assert!(bits(&renderer) == picture, "another picture in other steps");
+}
+
+/// The passes that no barrier parts from this one, as an error message lists them.
+fn group_of(pass: usize, renderer: &Renderer) -> (Range<usize>, String) {
+    let passes = &renderer.executor().plan().passes;
+    let first = (0..=pass).rev().find(|&index| passes[index].has_batch()).unwrap();
+    let end = (pass + 1..passes.len()).find(|&index| passes[index].has_batch()).unwrap_or(passes.len());
+    let names: Vec<String> = passes[first..end].iter().map(|pass| format!("`{}`", pass.name)).collect();
+    let what = if names.len() == 1 { "pass" } else { "one of the passes" };
+    let after = if end == passes.len() { " or after the frame" } else { "" };
+    (first..end, format!("error: the Vulkan device was lost in {what} {}{after}\n", names.join(", ")))
+}
+
+#[test]
+fn a_lost_device_names_the_passes_it_was_at() {
+    let settings = small(Technique::Lgh);
+    let (names, groups) = {
+        let test = gpu();
+        let scene = courtyard();
+        let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+        let renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
+        let names = renderer.pass_names();
+        let groups: Vec<_> = (0..names.len()).map(|pass| group_of(pass, &renderer)).collect();
+        (names, groups)
+    };
+    let single = groups.iter().rposition(|(group, _)| group.len() == 1).unwrap();
+    let several = groups.iter().rposition(|(group, _)| group.len() > 1).unwrap();
+    for pass in [single, several, names.len() - 1] {
+        let mut command = support::program();
+        command.args(["--headless", "--size", "64x36", "--vpls", "500", "--warmup", "1"]);
+        command.env("GRIDLIGHT_LOSE_DEVICE", &names[pass]);
+        let run = support::run(command);
+        assert_eq!((run.code, run.stderr.as_str()), (Some(5), groups[pass].1.as_str()));
+    }
 }

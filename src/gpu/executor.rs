@@ -1,6 +1,8 @@
 //! A planned frame graph on a device: its resources, pipelines and descriptor sets are created once, and frames of it
 //! are run, waited for and read back.
 
+use std::cell::Cell;
+use std::cmp::Reverse;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -10,7 +12,7 @@ use super::check;
 use super::compiled::{CompiledFrame, texel_bytes};
 use super::context::Gpu;
 use super::device::Device;
-use super::markers::Markers;
+use super::markers::{self, Markers};
 use super::resources::{MemoryUse, aspect};
 use super::runner::{OnStep, Policy, Ran};
 use super::scene_set::SceneSet;
@@ -19,7 +21,7 @@ use super::timeline::Timeline;
 use super::timers::Timers;
 use super::transfer;
 use super::work::Work;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Lifetime, Plan};
 
 /// Bytes that one command may write to a buffer.
@@ -28,6 +30,9 @@ const UPDATE_BYTES: usize = 65_536;
 /// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
 /// `tools/bench honesty` compares the timestamps with.
 const SPLIT_SUBMITS: &str = "GRIDLIGHT_SPLIT_SUBMITS";
+
+/// Name of a pass before which every frame stops and the device is taken for lost, for tests.
+const LOSE_DEVICE: &str = "GRIDLIGHT_LOSE_DEVICE";
 
 /// What the GPU said about one finished frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +45,8 @@ pub struct FrameResult {
     pub readback: Vec<u8>,
     /// Submissions that the frame was given to the device in.
     pub submissions: u32,
+    /// Crash markers that it has written: one for each batch of barriers.
+    pub crash_markers: u32,
 }
 
 impl FrameResult {
@@ -66,7 +73,6 @@ pub struct SteppedFrame {
 #[must_use = "wait for the frame to learn its times"]
 pub struct FrameTicket {
     slot: usize,
-    stamp: u32,
     submitted: Instant,
     ran: Ran,
 }
@@ -77,6 +83,8 @@ pub(super) struct Slot {
     pub(super) commands: Vec<vk::CommandBuffer>,
     pub(super) timers: Timers,
     pub(super) markers: Markers,
+    /// What the crash markers of its last frame hold: frames have rising ones, from 1 on.
+    pub(super) stamp: Cell<u32>,
     /// The submission that its last frame ends with.
     busy_until: u64,
 }
@@ -99,6 +107,8 @@ pub struct Executor {
     /// Frames submitted so far.
     frames: u64,
     split_submits: bool,
+    /// The pass before which the device is taken for lost.
+    pub(super) planted_loss: Option<usize>,
     pub(super) gpu: Arc<Device>,
 }
 
@@ -115,6 +125,7 @@ impl Executor {
         // SAFETY: valid create info; destroyed in `drop`.
         let command_pool = check("the command pool", unsafe { gpu.device.create_command_pool(&info, None) })?;
         let mut executor = Self {
+            planted_loss: planted_loss(&frame),
             frame,
             slots: Vec::new(),
             command_pool,
@@ -192,20 +203,19 @@ impl Executor {
 
     fn submit_frame(&mut self, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<FrameTicket> {
         let slot = self.frames as usize % self.slots.len();
-        let stamp = (self.timeline.last() + 1) as u32;
-        self.explain(slot, stamp, self.timeline.wait(self.slots[slot].busy_until))?;
+        self.explain(self.timeline.wait(self.slots[slot].busy_until))?;
         let submitted = Instant::now();
         self.frame.resources.use_slot(slot);
         let ran = if self.split_submits && !matches!(policy, Policy::Batched { shown: Some(_), .. }) {
-            self.run(slot, stamp, frame_data, Policy::PassByPass { visit: &mut |_| Ok(()) })
+            self.run(slot, frame_data, Policy::PassByPass { visit: &mut |_| Ok(()) })
         } else {
-            self.run(slot, stamp, frame_data, policy)
+            self.run(slot, frame_data, policy)
         };
         self.light_update = None;
         self.frames += 1;
         // A frame that failed may have submitted a part.
         self.slots[slot].busy_until = self.timeline.last();
-        Ok(FrameTicket { slot, stamp, submitted, ran: ran? })
+        Ok(FrameTicket { slot, submitted, ran: ran? })
     }
 
     /// What a frame waits for and what it signals: the graph that takes the image first waits for it, and the one that
@@ -247,13 +257,15 @@ impl Executor {
     /// # Errors
     /// When the device is lost; names the last pass reached.
     pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameResult> {
-        let FrameTicket { slot, stamp, submitted, ran } = ticket;
-        self.explain(slot, stamp, self.timeline.wait(ran.last))?;
+        let FrameTicket { slot, submitted, ran } = ticket;
+        self.explain(self.timeline.wait(ran.last))?;
         let cpu_ms = submitted.elapsed().as_secs_f64() * 1e3;
         let pass_ms = if ran.wall_ms.is_empty() { self.slots[slot].timers.read_ms()? } else { ran.wall_ms };
         let readback = self.frame.resources.read_back(slot);
         self.last_ms.clone_from(&pass_ms);
-        Ok(FrameResult { pass_ms, cpu_ms, readback, submissions: ran.submissions })
+        let Slot { markers, stamp, .. } = &self.slots[slot];
+        let crash_markers = markers.written(stamp.get()) as u32;
+        Ok(FrameResult { pass_ms, cpu_ms, readback, submissions: ran.submissions, crash_markers })
     }
 
     /// Writes the start of a persistent buffer outside frames; waits.
@@ -286,10 +298,21 @@ impl Executor {
         transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))
     }
 
-    /// Names the pass where a result is the loss of the device.
-    pub(super) fn explain<T>(&self, slot: usize, stamp: u32, result: Result<T>) -> Result<T> {
-        let names: Vec<&str> = self.frame.graph.passes().iter().map(|p| p.name.as_str()).collect();
-        self.slots[slot].markers.explain(result, &names, stamp)
+    /// Says in which passes the device was lost, where that is what a result says.
+    pub(super) fn explain<T>(&self, result: Result<T>) -> Result<T> {
+        result.map_err(|error| match error {
+            Error::DeviceLost { .. } => Error::DeviceLost { place: self.place_of_loss() },
+            other => other,
+        })
+    }
+
+    /// Where the newest frame is that has begun.
+    fn place_of_loss(&self) -> String {
+        let mut slots: Vec<&Slot> = self.slots.iter().filter(|slot| slot.stamp.get() > 0).collect();
+        slots.sort_by_key(|slot| Reverse(slot.stamp.get()));
+        let names: Vec<&str> = self.frame.graph.passes().iter().map(|pass| pass.name.as_str()).collect();
+        let begun = slots.iter().find_map(|slot| slot.markers.suspects(slot.stamp.get()));
+        markers::place(&names, begun.unwrap_or(0..slots.first().map_or(0, |slot| slot.markers.first_group())))
     }
 
     fn create_slots(&mut self) -> Result<()> {
@@ -301,11 +324,16 @@ impl Executor {
             // SAFETY: the pool is alive, and frees its command buffers.
             let commands = check("command buffers", unsafe { self.gpu.device.allocate_command_buffers(&info) })?;
             let timers = Timers::new(&self.gpu, pass_count)?;
-            let markers = Markers::new(&self.gpu, pass_count)?;
-            self.slots.push(Slot { commands, timers, markers, busy_until: 0 });
+            let markers = Markers::new(&self.gpu, &self.frame.plan)?;
+            self.slots.push(Slot { commands, timers, markers, stamp: Cell::new(0), busy_until: 0 });
         }
         Ok(())
     }
+}
+
+fn planted_loss(frame: &CompiledFrame) -> Option<usize> {
+    let name = std::env::var(LOSE_DEVICE).ok()?;
+    frame.graph.passes().iter().position(|pass| pass.name == name)
 }
 
 impl Drop for Executor {

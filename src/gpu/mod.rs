@@ -65,7 +65,7 @@ use ash::vk;
 /// Turns a failed Vulkan call into an [`Error`] that names what was attempted.
 pub(crate) fn check<T>(what: &str, result: std::result::Result<T, vk::Result>) -> crate::Result<T> {
     result.map_err(|result| match result {
-        vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost { pass: what.to_owned() },
+        vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost { place: format!("at {what}") },
         result => Error::Vulkan { what: what.to_owned(), result },
     })
 }

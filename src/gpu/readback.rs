@@ -49,12 +49,11 @@ impl Executor {
         mut visit: impl FnMut(usize, Vec<Written>) -> Result<()>,
     ) -> Result<()> {
         self.gpu.wait_idle()?;
-        let (slot, stamp) = (0, (self.timeline.last() + 1) as u32);
         let mut read = |index| {
             let written = self.shown_after(index).into_iter().map(|used| self.read_after(used));
             visit(index, written.collect::<Result<_>>()?)
         };
-        self.run(slot, stamp, frame_data, Policy::PassByPass { visit: &mut read }).map(drop)
+        self.run(0, frame_data, Policy::PassByPass { visit: &mut read }).map(drop)
     }
 
     /// The uses of a pass whose contents tell something: what it writes, but of what it clears only that which

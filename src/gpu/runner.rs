@@ -67,14 +67,13 @@ pub(super) struct Ran {
 
 impl Executor {
     /// Records and submits one frame with the command buffers of a slot whose last frame has completed.
-    /// `stamp` tells its crash markers from those of other frames.
-    pub(super) fn run(&self, slot: usize, stamp: u32, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<Ran> {
+    pub(super) fn run(&self, slot: usize, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<Ran> {
         let ran = Ran { last: self.timeline.last(), ..Ran::default() };
         let (submitted, waited_ms) = (Instant::now(), 0.0);
+        self.slots[slot].stamp.set((ran.last + 1) as u32);
         let runner = Runner {
             executor: self,
             slot: &self.slots[slot],
-            stamp,
             frame_data,
             ran,
             in_flight: 0,
@@ -82,7 +81,7 @@ impl Executor {
             untimed: None,
             waited_ms,
         };
-        self.explain(slot, stamp, runner.run(policy))
+        self.explain(runner.run(policy))
     }
 
     /// How often the pass repeats, if it does.
@@ -116,8 +115,6 @@ impl Executor {
 struct Runner<'a> {
     executor: &'a Executor,
     slot: &'a Slot,
-    /// Of the crash markers.
-    stamp: u32,
     frame_data: &'a [u8],
     ran: Ran,
     /// Submissions not yet waited for: the slot's first command buffers.
@@ -158,7 +155,7 @@ impl Runner<'_> {
         let frame = &self.executor.frame;
         let commands = self.begin()?;
         for index in batch {
-            self.slot.markers.reach(commands, index, self.stamp);
+            self.enter(commands, index)?;
             match (&frame.graph.passes()[index].payload, policy.shown()) {
                 (Work::Overlay, Some(shown)) => recorder::record_overlay(frame, commands, index, shown)?,
                 _ => recorder::record_pass(frame, commands, index, self.frame_data),
@@ -178,7 +175,9 @@ impl Runner<'_> {
         let mut steps = Steps::new(repeat, policy.max_submit_ms());
         while let Some(range) = steps.next() {
             let commands = self.begin()?;
-            self.slot.markers.reach(commands, index, self.stamp);
+            if range.start == 0 {
+                self.enter(commands, index)?;
+            }
             let done = range.end;
             recorder::record_repetitions(&self.executor.frame, commands, index, range);
             self.submit(commands, &[], &[])?;
@@ -194,6 +193,17 @@ impl Runner<'_> {
         self.ran.rounds += repeat.rounds;
         log::debug!("{}: {}", self.executor.frame.graph.passes()[index].name, steps.summary());
         Ok(())
+    }
+
+    /// What comes before a pass.
+    fn enter(&mut self, commands: vk::CommandBuffer, index: usize) -> Result<()> {
+        self.slot.markers.enter(commands, index, self.slot.stamp.get());
+        if self.executor.planted_loss != Some(index) {
+            return Ok(());
+        }
+        self.submit(commands, &[], &[])?;
+        self.wait()?;
+        check("vkQueueSubmit2", Err(vk::Result::ERROR_DEVICE_LOST))
     }
 
     /// A command buffer that records. The first of a frame has what the frame begins with.

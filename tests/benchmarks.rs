@@ -7,7 +7,9 @@ const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Runs Python in the root of the project; nothing where there is none.
 fn python(arguments: &[&str]) -> Option<Output> {
-    let found = Command::new("python3").args(arguments).current_dir(ROOT).env("PYTHONDONTWRITEBYTECODE", "1").output();
+    let mut found = Command::new("python3");
+    found.args(arguments).current_dir(ROOT).env("PYTHONDONTWRITEBYTECODE", "1");
+    let found = found.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache")).output();
     if found.is_err() {
         println!("skipped: python3 is not installed");
     }

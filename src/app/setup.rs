@@ -4,12 +4,14 @@ use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
 
+use directories::ProjectDirs;
+
 use crate::gpu::{Gpu, GpuOptions};
 use crate::progress::{Bar, Progress};
 use crate::renderer::UploadedScene;
 use crate::report::timings::SceneInfo;
 use crate::scene::{Camera, Light, Scene, gltf};
-use crate::settings::{Settings, SunPlace};
+use crate::settings::{DeviceSettings, Settings, SunPlace};
 use crate::{Error, Result, camera};
 
 /// The scene shown when none is named.
@@ -17,12 +19,19 @@ const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
 
 /// The device that the settings ask for.
 pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
-    let options = GpuOptions {
-        select: settings.device.gpu.clone(),
-        validation: settings.device.validation,
+    Gpu::new(&gpu_options(settings))
+}
+
+/// How the settings want the device opened.
+pub(super) fn gpu_options(settings: &Settings) -> GpuOptions {
+    let folders = || ProjectDirs::from("", "", env!("CARGO_PKG_NAME"));
+    let DeviceSettings { gpu, validation, no_pipeline_cache, .. } = &settings.device;
+    GpuOptions {
+        select: gpu.clone(),
+        validation: *validation,
         baseline_only: false,
-    };
-    Gpu::new(&options)
+        pipeline_folder: if *no_pipeline_cache { None } else { folders().map(|found| found.cache_dir().to_owned()) },
+    }
 }
 
 /// The scene that the settings ask for, with a progress bar for each step.

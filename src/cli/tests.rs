@@ -54,7 +54,7 @@ fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
-        --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --present-mode mailbox --render-scale 0.25";
+        --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
     let expected = Settings::default().changed(|s| {
         s.scene.file = Some("a.gltf".into());
         s.run.headless = true;
@@ -97,6 +97,7 @@ fn every_option_arrives() {
         s.output.renderdoc_frame = Some(0);
         s.device.gpu = Some("llvmpipe".into());
         s.device.validation = true;
+        s.device.no_pipeline_cache = true;
         s.window.present_mode = PresentMode::Mailbox;
         s.window.render_scale = RenderScale::Fixed(0.25);
     });
@@ -200,7 +201,7 @@ fn help_names_every_option() {
     let help = shown(&["--help"]);
     let options = "--headless --frames --warmup --size --camera --sun --technique --vpls --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
-        --exposure --output --timings --settings --gpu --list-gpus --validation --print-graph --verbose -v, --quiet \
+        --exposure --output --timings --settings --gpu --list-gpus --validation --no-pipeline-cache --print-graph --verbose -v, --quiet \
         --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";
     for option in options.split_whitespace() {
         assert!(help.contains(option), "{option} is missing in\n{help}");

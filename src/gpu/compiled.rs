@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use ash::vk;
+use rayon::prelude::*;
 
 use super::context::Gpu;
 use super::descriptors::{Bound, Sets};
 use super::device::Device;
 use super::interfaces::{binding_numbers, check_interfaces, kind_of};
-use super::pipeline::{Pipeline, Pipelines};
+use super::pipeline::Pipeline;
+use super::pipelines::Pipelines;
 use super::resources::{Physical, Resources, aspect};
 use super::scene_set::SceneSet;
 use super::transfer;
@@ -44,7 +46,7 @@ impl CompiledFrame {
         let resources = Resources::new(gpu, &graph, &mut plan)?;
         let mut frame = Self { graph, plan, resources, passes: Vec::new(), scene, gpu: Arc::clone(gpu) };
         let compile = |pass| frame.compile_pass(&gpu.pipelines, pass);
-        frame.passes = frame.graph.passes().iter().map(compile).collect::<Result<_>>()?;
+        frame.passes = frame.graph.passes().par_iter().map(compile).collect::<Result<_>>()?;
         frame.initial_layouts()?;
         Ok(frame)
     }

@@ -8,7 +8,7 @@ use ash::vk;
 
 use super::device::{Device, GpuOptions};
 use super::instance::Instance;
-use super::pipeline::Pipelines;
+use super::pipelines::Pipelines;
 use crate::error::Result;
 
 /// A device with the pipelines of its frames. Whatever takes a [`Device`] takes a `Gpu`.
@@ -35,7 +35,8 @@ impl Gpu {
         obstacle: &dyn Fn(vk::PhysicalDevice) -> Option<&'static str>,
     ) -> Result<Arc<Self>> {
         let device = Device::open(options, instance, extensions, obstacle)?;
-        Ok(Arc::new(Self { pipelines: Pipelines::new(&device), device }))
+        let pipelines = Pipelines::new(&device, options.pipeline_folder.as_deref())?;
+        Ok(Arc::new(Self { pipelines, device }))
     }
 }
 

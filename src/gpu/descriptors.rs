@@ -32,11 +32,13 @@ impl Bound {
     }
 }
 
+/// A binding with its type and stages: equal ones make compatible layouts.
+pub(super) type Binding = (u32, vk::DescriptorType, vk::ShaderStageFlags);
+
 /// Descriptor sets of one layout, with their pool.
 pub(super) struct Sets {
     pub layout: vk::DescriptorSetLayout,
-    /// Binding, type and stages of each: equal ones make compatible layouts.
-    pub bindings: Vec<(u32, vk::DescriptorType, vk::ShaderStageFlags)>,
+    pub bindings: Vec<Binding>,
     pub sets: Vec<vk::DescriptorSet>,
     pool: vk::DescriptorPool,
     gpu: Arc<Device>,

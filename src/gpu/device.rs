@@ -2,6 +2,7 @@
 
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use ash::{ext, khr, vk};
@@ -21,6 +22,8 @@ pub struct GpuOptions {
     pub validation: bool,
     /// Treat every optional feature as missing: how the fallbacks are tested.
     pub baseline_only: bool,
+    /// Folder where the driver's compiled pipelines are kept from run to run; `None` keeps none.
+    pub pipeline_folder: Option<PathBuf>,
 }
 
 /// The messages of the validation layers; outlives the device, whose end may be reported too.
@@ -52,7 +55,6 @@ pub struct Device {
     /// Shared with the painter of the window's panel.
     pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     report: DeviceReport,
-    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window asks for it"))]
     pub(super) physical: vk::PhysicalDevice,
     pub(super) instance: Instance,
 }

@@ -17,6 +17,8 @@ mod markers;
 #[cfg(feature = "window")]
 mod panel;
 mod pipeline;
+mod pipeline_file;
+mod pipelines;
 mod readback;
 mod recorder;
 mod resources;

@@ -1,12 +1,10 @@
-//! Pipelines: compute and graphics, with their layouts.
+//! A pipeline, compute or graphics, with its layout.
 
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
 use ash::vk;
 
 use super::check;
-use super::descriptors::Sets;
 use super::device::Device;
 use super::work::{Constants, RasterDraw, RasterState};
 use crate::error::Result;
@@ -19,69 +17,6 @@ pub(super) struct Pipeline {
     pub layout: vk::PipelineLayout,
     pub push_stages: vk::ShaderStageFlags,
     gpu: Arc<Device>,
-}
-
-/// Pipelines that some frame still has, by everything that they are made of: a frame of another size, and the one
-/// before it, share them. Drivers that compile shaders at their first use do so once.
-pub(super) struct Pipelines {
-    known: Mutex<HashMap<String, Weak<Pipeline>>>,
-    gpu: Arc<Device>,
-}
-
-impl Pipelines {
-    pub fn new(gpu: &Arc<Device>) -> Self {
-        Self { known: Mutex::default(), gpu: Arc::clone(gpu) }
-    }
-
-    /// A compute pipeline.
-    pub fn compute(
-        &self,
-        shader: &str,
-        constants: &Constants,
-        push_words: usize,
-        sets: &[&Sets],
-    ) -> Result<Arc<Pipeline>> {
-        let source = spirv::replaced_hash(shader);
-        let description = format!("{shader} {source:?} {constants:?} {push_words} {}", describe(sets));
-        self.find(description, || create_compute(&self.gpu, shader, constants, push_words, &raw_layouts(sets)))
-    }
-
-    /// A graphics pipeline for dynamic rendering into the given formats.
-    pub fn graphics(
-        &self,
-        draw: &RasterDraw,
-        color_formats: &[vk::Format],
-        depth_format: vk::Format,
-        sets: &[&Sets],
-    ) -> Result<Arc<Pipeline>> {
-        let RasterDraw { vertex, fragment, constants, push, state, .. } = draw;
-        let words = push.len();
-        let sources = [vertex, fragment].map(|name| (name, spirv::replaced_hash(name)));
-        let formats = format!("{color_formats:?} {depth_format:?}");
-        let description = format!("{sources:?} {constants:?} {words} {state:?} {formats} {}", describe(sets));
-        self.find(description, || compile_graphics(&self.gpu, draw, color_formats, depth_format, &raw_layouts(sets)))
-    }
-
-    /// The pipeline of this description, made by `create` when there is none.
-    fn find(&self, description: String, create: impl FnOnce() -> Result<Pipeline>) -> Result<Arc<Pipeline>> {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(pipeline) = known.get(&description).and_then(Weak::upgrade) {
-            return Ok(pipeline);
-        }
-        known.retain(|_, pipeline| pipeline.strong_count() > 0);
-        let pipeline = Arc::new(create()?);
-        known.insert(description, Arc::downgrade(&pipeline));
-        Ok(pipeline)
-    }
-}
-
-/// What of descriptor sets a pipeline depends on: layouts of the same bindings are compatible.
-fn describe(sets: &[&Sets]) -> String {
-    format!("{:?}", sets.iter().map(|set| &set.bindings).collect::<Vec<_>>())
-}
-
-fn raw_layouts(sets: &[&Sets]) -> Vec<vk::DescriptorSetLayout> {
-    sets.iter().map(|set| set.layout).collect()
 }
 
 impl Drop for Pipeline {
@@ -155,8 +90,9 @@ impl Specialization {
     }
 }
 
-fn create_compute(
+pub(super) fn create_compute(
     gpu: &Arc<Device>,
+    cache: vk::PipelineCache,
     shader: &str,
     constants: &Constants,
     push_words: usize,
@@ -174,15 +110,16 @@ fn create_compute(
     let layout = layout(gpu, shader, sets, push_words, push_stages)?;
     let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
     // SAFETY: all referenced objects are alive.
-    let created = unsafe { gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+    let created = unsafe { gpu.device.create_compute_pipelines(cache, &info, None) };
     let mut pipeline = Pipeline { raw: vk::Pipeline::null(), layout, push_stages, gpu: Arc::clone(gpu) };
     pipeline.raw = check(shader, created.map_err(|(_, result)| result))?[0];
     gpu.set_name(pipeline.raw, shader);
     Ok(pipeline)
 }
 
-fn compile_graphics(
+pub(super) fn compile_graphics(
     gpu: &Arc<Device>,
+    cache: vk::PipelineCache,
     draw: &RasterDraw,
     color_formats: &[vk::Format],
     depth_format: vk::Format,
@@ -203,13 +140,14 @@ fn compile_graphics(
     let push_stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
     let layout = layout(gpu, &draw.fragment, sets, draw.push.len(), push_stages)?;
     let mut pipeline = Pipeline { raw: vk::Pipeline::null(), layout, push_stages, gpu: Arc::clone(gpu) };
-    pipeline.raw = create_graphics(gpu, draw, &stages, layout, color_formats, depth_format)?;
+    pipeline.raw = create_graphics(gpu, cache, draw, &stages, layout, color_formats, depth_format)?;
     gpu.set_name(pipeline.raw, &draw.fragment);
     Ok(pipeline)
 }
 
 fn create_graphics(
     gpu: &Device,
+    cache: vk::PipelineCache,
     draw: &RasterDraw,
     stages: &[vk::PipelineShaderStageCreateInfo<'_>],
     layout: vk::PipelineLayout,
@@ -254,7 +192,7 @@ fn create_graphics(
         .layout(layout)
         .push_next(&mut rendering)];
     // SAFETY: all referenced objects and arrays are alive during the call.
-    let created = unsafe { gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
+    let created = unsafe { gpu.device.create_graphics_pipelines(cache, &info, None) };
     Ok(check(&draw.fragment, created.map_err(|(_, result)| result))?[0])
 }
 

@@ -115,7 +115,7 @@ pub struct RasterWork {
 }
 
 /// Fixed-function state of a draw.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RasterState {
     /// Add the fragment's output to every colour attachment instead of replacing it.
     pub additive_blend: bool,

@@ -110,6 +110,9 @@ settings_group! {
         /// techniques between parts of the picture [default: 200]
         #[arg(long, value_name = "MS", allow_negative_numbers = true)]
         pub max_submit_ms: f32 = 200.0,
+        /// Neither use nor keep the driver's compiled pipelines, which lie in the user's cache folder
+        #[arg(long)]
+        pub no_pipeline_cache: bool = false,
     }
 }
 

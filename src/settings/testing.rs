@@ -49,6 +49,7 @@ pub fn every_value_changed() -> Settings {
         s.output.renderdoc_frame = Some(3);
         s.device.gpu = Some("llvmpipe".into());
         s.device.validation = true;
+        s.device.no_pipeline_cache = true;
         s.window.present_mode = PresentMode::Mailbox;
         s.window.render_scale = RenderScale::Fixed(0.5);
     })

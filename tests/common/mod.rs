@@ -41,7 +41,7 @@ fn lock() -> MutexGuard<'static, ()> {
 }
 
 fn open(baseline_only: bool) -> Arc<Gpu> {
-    let options = GpuOptions { select: None, validation: true, baseline_only };
+    let options = GpuOptions { validation: true, baseline_only, ..GpuOptions::default() };
     Gpu::new(&options).unwrap_or_else(|error| {
         eprintln!("without validation: {error}");
         let options = GpuOptions { validation: false, ..options };

@@ -21,10 +21,11 @@ pub struct Run {
     pub time: Duration,
 }
 
-/// The program, not yet started.
+/// The program, not yet started. What it keeps between runs lies in the build folder.
 pub fn program() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_gridlight"));
     command.stdin(Stdio::null()).env_remove("RUST_LOG");
+    command.env("XDG_CACHE_HOME", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"));
     command
 }
 

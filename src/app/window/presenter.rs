@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::loader::Loaded;
 use crate::Result;
+use crate::app::setup::gpu_options;
 use crate::gpu::{
-    Acquired, FRAMES_IN_FLIGHT, FrameResult, FrameTicket, Gpu, GpuOptions, Overlay, PanelPainter, PanelPicture,
-    Presented, Surface, Swapchain, Target, WindowSource, WindowTarget, is_srgb,
+    Acquired, FRAMES_IN_FLIGHT, FrameResult, FrameTicket, Gpu, Overlay, PanelPainter, PanelPicture, Presented, Surface,
+    Swapchain, Target, WindowSource, WindowTarget, is_srgb,
 };
 use crate::passes::present::{Part, WindowFormat};
 use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, UploadedScene, WindowOptions};
@@ -130,12 +131,7 @@ impl Presenter {
     /// # Errors
     /// Those of [`Surface::open`] and [`Swapchain::new`].
     pub fn open(settings: &Settings, window: Arc<dyn WindowSource>) -> Result<Self> {
-        let options = GpuOptions {
-            select: settings.device.gpu.clone(),
-            validation: settings.device.validation,
-            baseline_only: false,
-        };
-        let surface = Surface::open(&options, window)?;
+        let surface = Surface::open(&gpu_options(settings), window)?;
         let gpu = Arc::clone(surface.gpu());
         let format = window_format(surface.format()?);
         surface.check_mode(settings.window.present_mode)?;

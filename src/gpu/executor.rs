@@ -1,7 +1,6 @@
 //! A planned frame graph on a device: its resources, pipelines and descriptor sets are created once, and frames of it
 //! are run, waited for and read back.
 
-use std::cell::Cell;
 use std::cmp::Reverse;
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,17 +11,17 @@ use super::check;
 use super::compiled::{CompiledFrame, texel_bytes};
 use super::context::Gpu;
 use super::device::Device;
-use super::markers::{self, Markers};
+use super::markers;
 use super::resources::{MemoryUse, aspect};
-use super::runner::{OnStep, Policy, Ran};
+use super::runner::{self, Given, OnStep, Policy, Ran};
 use super::scene_set::SceneSet;
+use super::slot::Slot;
 use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::timeline::Timeline;
-use super::timers::Timers;
 use super::transfer;
 use super::work::Work;
 use crate::error::{Error, Result};
-use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Lifetime, Plan};
+use crate::graph::{BufferHandle, Graph, ImageHandle, Plan};
 
 /// Bytes that one command may write to a buffer.
 const UPDATE_BYTES: usize = 65_536;
@@ -77,38 +76,23 @@ pub struct FrameTicket {
     ran: Ran,
 }
 
-/// Command buffers and queries of one frame in flight.
-pub(super) struct Slot {
-    /// As many as a frame can have submissions under way.
-    pub(super) commands: Vec<vk::CommandBuffer>,
-    pub(super) timers: Timers,
-    pub(super) markers: Markers,
-    /// What the crash markers of its last frame hold: frames have rising ones, from 1 on.
-    pub(super) stamp: Cell<u32>,
-    /// The submission that its last frame ends with.
-    busy_until: u64,
-}
-
-/// Semaphores of a submission.
-pub(super) type Semaphores = Vec<vk::SemaphoreSubmitInfo<'static>>;
-
 /// A compiled frame graph.
 pub struct Executor {
     pub(super) frame: CompiledFrame,
-    pub(super) slots: Vec<Slot>,
+    slots: Vec<Slot>,
     command_pool: vk::CommandPool,
-    pub(super) timeline: Timeline,
+    timeline: Timeline,
     /// About the longest submission of a frame; infinite is a frame in one.
     max_submit_ms: f64,
     /// Times of the passes of the last frame that was waited for.
-    pub(super) last_ms: Vec<f64>,
+    last_ms: Vec<f64>,
     /// New contents of the scene's lights, for the next frame.
     light_update: Option<Vec<u8>>,
     /// Frames submitted so far.
     frames: u64,
     split_submits: bool,
     /// The pass before which the device is taken for lost.
-    pub(super) planted_loss: Option<usize>,
+    planted_loss: Option<usize>,
     pub(super) gpu: Arc<Device>,
 }
 
@@ -137,7 +121,8 @@ impl Executor {
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
         };
-        executor.create_slots()?;
+        let slot = |_| Slot::new(gpu, command_pool, &executor.frame.plan);
+        executor.slots = (0..FRAMES_IN_FLIGHT).map(slot).collect::<Result<_>>()?;
         Ok(executor)
     }
 
@@ -218,29 +203,11 @@ impl Executor {
         Ok(FrameTicket { slot, submitted, ran: ran? })
     }
 
-    /// What a frame waits for and what it signals: the graph that takes the image first waits for it, and the one that
-    /// leaves it ready to be shown says so.
-    pub(super) fn window_semaphores(&self, shown: &WindowTarget<'_>) -> (Semaphores, Semaphores) {
-        let begins = self.frame.graph.resources().iter().any(|resource| resource.lifetime == Lifetime::Acquired);
-        let mut uses = self.frame.graph.passes().iter().flat_map(|pass| &pass.uses);
-        let ends = uses.any(|used| used.access == Access::Present);
-        let waits = begins.then(|| shown.target.wait_info()).into_iter().collect();
-        (waits, ends.then(|| shown.target.signal_info()).into_iter().collect())
-    }
-
     /// Writes the start of the scene's lights with the next frame, after what earlier frames read of them. No more
     /// than [`UPDATE_BYTES`] are taken.
     pub fn update_lights(&mut self, mut bytes: Vec<u8>) {
         bytes.truncate(UPDATE_BYTES);
         self.light_update = Some(bytes);
-    }
-
-    pub(super) fn record_scene_update(&self, commands: vk::CommandBuffer) {
-        let (Some(bytes), Some(scene)) = (&self.light_update, &self.frame.scene) else { return };
-        transfer::full_barrier(&self.gpu, commands);
-        // SAFETY: the lights' buffer is a transfer destination and larger than what is written to it.
-        unsafe { self.gpu.device.cmd_update_buffer(commands, scene.lights().raw, 0, bytes) };
-        transfer::full_barrier(&self.gpu, commands);
     }
 
     /// Whether a frame has completed.
@@ -298,6 +265,20 @@ impl Executor {
         transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))
     }
 
+    /// Runs one frame with the command buffers of a slot whose last frame has completed.
+    pub(super) fn run(&self, slot: usize, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<Ran> {
+        let given = Given {
+            frame: &self.frame,
+            timeline: &self.timeline,
+            slot: &self.slots[slot],
+            last_ms: &self.last_ms,
+            frame_data,
+            lights: self.light_update.as_deref(),
+            planted_loss: self.planted_loss,
+        };
+        self.explain(runner::run(given, policy))
+    }
+
     /// Says in which passes the device was lost, where that is what a result says.
     pub(super) fn explain<T>(&self, result: Result<T>) -> Result<T> {
         result.map_err(|error| match error {
@@ -313,21 +294,6 @@ impl Executor {
         let names: Vec<&str> = self.frame.graph.passes().iter().map(|pass| pass.name.as_str()).collect();
         let begun = slots.iter().find_map(|slot| slot.markers.suspects(slot.stamp.get()));
         markers::place(&names, begun.unwrap_or(0..slots.first().map_or(0, |slot| slot.markers.first_group())))
-    }
-
-    fn create_slots(&mut self) -> Result<()> {
-        let pass_count = self.frame.graph.passes().len();
-        let info = vk::CommandBufferAllocateInfo::default()
-            .command_pool(self.command_pool)
-            .command_buffer_count(pass_count.max(1) as u32);
-        for _ in 0..FRAMES_IN_FLIGHT {
-            // SAFETY: the pool is alive, and frees its command buffers.
-            let commands = check("command buffers", unsafe { self.gpu.device.allocate_command_buffers(&info) })?;
-            let timers = Timers::new(&self.gpu, pass_count)?;
-            let markers = Markers::new(&self.gpu, &self.frame.plan)?;
-            self.slots.push(Slot { commands, timers, markers, stamp: Cell::new(0), busy_until: 0 });
-        }
-        Ok(())
     }
 }
 

@@ -24,6 +24,7 @@ mod recorder;
 mod resources;
 mod runner;
 mod scene_set;
+mod slot;
 mod steps;
 #[cfg(feature = "window")]
 mod surface;

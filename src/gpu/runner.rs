@@ -7,13 +7,16 @@ use ash::vk;
 
 use super::batches::{PassBefore, batches};
 use super::check;
-use super::executor::{Executor, Slot};
+use super::compiled::CompiledFrame;
 use super::recorder;
+use super::slot::Slot;
 use super::steps::Steps;
 use super::target::WindowTarget;
+use super::timeline::Timeline;
+use super::transfer;
 use super::work::{ComputeWork, Repeat, Work};
 use crate::error::Result;
-use crate::graph::Use;
+use crate::graph::{Access, Graph, Lifetime, Use};
 
 /// Called after every step of a repeated pass with the repetitions done and all of them; `Break` ends the pass with its
 /// round.
@@ -65,57 +68,33 @@ pub(super) struct Ran {
     pub wall_ms: Vec<f64>,
 }
 
-impl Executor {
-    /// Records and submits one frame with the command buffers of a slot whose last frame has completed.
-    pub(super) fn run(&self, slot: usize, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<Ran> {
-        let ran = Ran { last: self.timeline.last(), ..Ran::default() };
-        let (submitted, waited_ms) = (Instant::now(), 0.0);
-        self.slots[slot].stamp.set((ran.last + 1) as u32);
-        let runner = Runner {
-            executor: self,
-            slot: &self.slots[slot],
-            frame_data,
-            ran,
-            in_flight: 0,
-            submitted,
-            untimed: None,
-            waited_ms,
-        };
-        self.explain(runner.run(policy))
-    }
+/// What a frame is run with.
+pub(super) struct Given<'a> {
+    pub frame: &'a CompiledFrame,
+    pub timeline: &'a Timeline,
+    /// Its last frame has completed.
+    pub slot: &'a Slot,
+    /// Times of the passes in the last frame; none before the first.
+    pub last_ms: &'a [f64],
+    /// The frame's constants.
+    pub frame_data: &'a [u8],
+    /// New contents of the start of the scene's lights.
+    pub lights: Option<&'a [u8]>,
+    /// The pass before which the device is taken for lost.
+    pub planted_loss: Option<usize>,
+}
 
-    /// How often the pass repeats, if it does.
-    fn repeat_of(&self, index: usize) -> Option<Repeat> {
-        match self.frame.graph.passes().get(index)?.payload {
-            Work::Compute(ComputeWork { repeat, .. }) => repeat,
-            _ => None,
-        }
-    }
-
-    /// Passes by submission; one in steps is alone.
-    fn batches(&self, policy: &Policy<'_, '_>) -> Vec<Range<usize>> {
-        let count = self.frame.passes.len();
-        let in_window = |used: &Use| self.frame.graph.resources()[used.resource.index()].lifetime.is_acquired();
-        let mut passes = self.frame.graph.passes().iter();
-        let first_in_window = passes.position(|pass| pass.uses.iter().any(in_window)).unwrap_or(count);
-        let known = |index| PassBefore {
-            ms: self.last_ms.get(index).copied(),
-            is_alone: match policy {
-                Policy::Batched { .. } => false,
-                Policy::Stepped { .. } => self.repeat_of(index).is_some(),
-                Policy::PassByPass { .. } => true,
-            },
-            goes_with_last: matches!(policy, Policy::Batched { .. }) && index > first_in_window,
-        };
-        batches(&(0..count).map(known).collect::<Vec<_>>(), policy.max_submit_ms())
-    }
+/// Records and submits one frame.
+pub(super) fn run(given: Given<'_>, policy: Policy<'_, '_>) -> Result<Ran> {
+    let last = given.timeline.last();
+    given.slot.stamp.set((last + 1) as u32);
+    let ran = Ran { last, ..Ran::default() };
+    Runner { given, ran, in_flight: 0, submitted: Instant::now(), untimed: None, waited_ms: 0.0 }.run(policy)
 }
 
 /// A frame while it is recorded and submitted.
 struct Runner<'a> {
-    executor: &'a Executor,
-    slot: &'a Slot,
-    frame_data: &'a [u8],
+    given: Given<'a>,
     ran: Ran,
     /// Submissions not yet waited for: the slot's first command buffers.
     in_flight: usize,
@@ -128,10 +107,37 @@ struct Runner<'a> {
 }
 
 impl Runner<'_> {
+    /// How often the pass repeats, if it does.
+    fn repeat_of(&self, index: usize) -> Option<Repeat> {
+        match self.given.frame.graph.passes().get(index)?.payload {
+            Work::Compute(ComputeWork { repeat, .. }) => repeat,
+            _ => None,
+        }
+    }
+
+    /// Passes by submission; one in steps is alone.
+    fn batches(&self, policy: &Policy<'_, '_>) -> Vec<Range<usize>> {
+        let graph = &self.given.frame.graph;
+        let count = graph.passes().len();
+        let in_window = |used: &Use| graph.resources()[used.resource.index()].lifetime.is_acquired();
+        let mut passes = graph.passes().iter();
+        let first_in_window = passes.position(|pass| pass.uses.iter().any(in_window)).unwrap_or(count);
+        let known = |index| PassBefore {
+            ms: self.given.last_ms.get(index).copied(),
+            is_alone: match policy {
+                Policy::Batched { .. } => false,
+                Policy::Stepped { .. } => self.repeat_of(index).is_some(),
+                Policy::PassByPass { .. } => true,
+            },
+            goes_with_last: matches!(policy, Policy::Batched { .. }) && index > first_in_window,
+        };
+        batches(&(0..count).map(known).collect::<Vec<_>>(), policy.max_submit_ms())
+    }
+
     fn run(mut self, mut policy: Policy<'_, '_>) -> Result<Ran> {
-        let batches = self.executor.batches(&policy);
+        let batches = self.batches(&policy);
         for (number, batch) in batches.iter().enumerate() {
-            match (&policy, self.executor.repeat_of(batch.start)) {
+            match (&policy, self.repeat_of(batch.start)) {
                 (Policy::Stepped { .. } | Policy::PassByPass { .. }, Some(repeat)) => {
                     self.run_in_steps(batch.start, repeat, &mut policy)?;
                 }
@@ -152,18 +158,18 @@ impl Runner<'_> {
 
     /// Passes in one submission; the last of a frame has the window's semaphores.
     fn run_batch(&mut self, batch: Range<usize>, is_last: bool, policy: &mut Policy<'_, '_>) -> Result<()> {
-        let frame = &self.executor.frame;
+        let frame = self.given.frame;
         let commands = self.begin()?;
         for index in batch {
             self.enter(commands, index)?;
             match (&frame.graph.passes()[index].payload, policy.shown()) {
                 (Work::Overlay, Some(shown)) => recorder::record_overlay(frame, commands, index, shown)?,
-                _ => recorder::record_pass(frame, commands, index, self.frame_data),
+                _ => recorder::record_pass(frame, commands, index, self.given.frame_data),
             }
-            self.slot.timers.after_pass(commands, index);
+            self.given.slot.timers.after_pass(commands, index);
         }
         let shown = policy.shown().filter(|_| is_last);
-        let (waits, signals) = shown.map_or_else(Default::default, |shown| self.executor.window_semaphores(shown));
+        let (waits, signals) = shown.map_or_else(Default::default, |shown| window_semaphores(&frame.graph, shown));
         self.submit(commands, &waits, &signals)
     }
 
@@ -179,7 +185,7 @@ impl Runner<'_> {
                 self.enter(commands, index)?;
             }
             let done = range.end;
-            recorder::record_repetitions(&self.executor.frame, commands, index, range);
+            recorder::record_repetitions(self.given.frame, commands, index, range);
             self.submit(commands, &[], &[])?;
             let ms = self.wait()?;
             let flow = match policy {
@@ -191,14 +197,24 @@ impl Runner<'_> {
         self.untimed = Some(index);
         self.ran.rounds_done += steps.rounds_done();
         self.ran.rounds += repeat.rounds;
-        log::debug!("{}: {}", self.executor.frame.graph.passes()[index].name, steps.summary());
+        log::debug!("{}: {}", self.given.frame.graph.passes()[index].name, steps.summary());
         Ok(())
+    }
+
+    /// Writes the lights that have changed, after what earlier frames read of them.
+    fn record_lights(&self, commands: vk::CommandBuffer) {
+        let Given { frame, lights, .. } = &self.given;
+        let (Some(bytes), Some(scene)) = (lights, &frame.scene) else { return };
+        transfer::full_barrier(&frame.gpu, commands);
+        // SAFETY: the lights' buffer is a transfer destination and larger than what is written to it.
+        unsafe { frame.gpu.device.cmd_update_buffer(commands, scene.lights().raw, 0, bytes) };
+        transfer::full_barrier(&frame.gpu, commands);
     }
 
     /// What comes before a pass.
     fn enter(&mut self, commands: vk::CommandBuffer, index: usize) -> Result<()> {
-        self.slot.markers.enter(commands, index, self.slot.stamp.get());
-        if self.executor.planted_loss != Some(index) {
+        self.given.slot.markers.enter(commands, index, self.given.slot.stamp.get());
+        if self.given.planted_loss != Some(index) {
             return Ok(());
         }
         self.submit(commands, &[], &[])?;
@@ -208,17 +224,17 @@ impl Runner<'_> {
 
     /// A command buffer that records. The first of a frame has what the frame begins with.
     fn begin(&mut self) -> Result<vk::CommandBuffer> {
-        let commands = self.slot.commands[self.in_flight];
+        let commands = self.given.slot.commands[self.in_flight];
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: what was last recorded has completed; the pool allows resetting.
-        let begun = unsafe { self.executor.gpu.device.begin_command_buffer(commands, &begin) };
+        let begun = unsafe { self.given.frame.gpu.device.begin_command_buffer(commands, &begin) };
         check("vkBeginCommandBuffer", begun)?;
         if self.ran.submissions == 0 {
-            self.executor.record_scene_update(commands);
-            self.slot.timers.begin(commands);
+            self.record_lights(commands);
+            self.given.slot.timers.begin(commands);
         }
         if let Some(index) = self.untimed.take() {
-            self.slot.timers.after_pass(commands, index);
+            self.given.slot.timers.after_pass(commands, index);
         }
         Ok(commands)
     }
@@ -231,9 +247,9 @@ impl Runner<'_> {
         signals: &[vk::SemaphoreSubmitInfo<'_>],
     ) -> Result<()> {
         // SAFETY: recorded, outside a rendering scope.
-        check("vkEndCommandBuffer", unsafe { self.executor.gpu.device.end_command_buffer(commands) })?;
+        check("vkEndCommandBuffer", unsafe { self.given.frame.gpu.device.end_command_buffer(commands) })?;
         self.submitted = Instant::now();
-        self.ran.last = self.executor.timeline.submit(commands, waits, signals)?;
+        self.ran.last = self.given.timeline.submit(commands, waits, signals)?;
         self.ran.submissions += 1;
         self.in_flight += 1;
         Ok(())
@@ -244,10 +260,23 @@ impl Runner<'_> {
         if self.in_flight == 0 {
             return Ok(0.0);
         }
-        self.executor.timeline.wait(self.ran.last)?;
+        self.given.timeline.wait(self.ran.last)?;
         self.in_flight = 0;
         let ms = self.submitted.elapsed().as_secs_f64() * 1e3;
         self.waited_ms += ms;
         Ok(ms)
     }
+}
+
+/// Semaphores of a submission.
+type Semaphores = Vec<vk::SemaphoreSubmitInfo<'static>>;
+
+/// What a frame waits for and what it signals: the graph that takes the image first waits for it, and the one that
+/// leaves it ready to be shown says so.
+fn window_semaphores(graph: &Graph<Work>, shown: &WindowTarget<'_>) -> (Semaphores, Semaphores) {
+    let begins = graph.resources().iter().any(|resource| resource.lifetime == Lifetime::Acquired);
+    let mut uses = graph.passes().iter().flat_map(|pass| &pass.uses);
+    let ends = uses.any(|used| used.access == Access::Present);
+    let waits = begins.then(|| shown.target.wait_info()).into_iter().collect();
+    (waits, ends.then(|| shown.target.signal_info()).into_iter().collect())
 }

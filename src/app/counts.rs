@@ -43,14 +43,3 @@ pub fn count(job: &Job<'_>, renderer: &Renderer) -> Result<Counts> {
     note(renderer)?;
     Ok(counts)
 }
-
-/// Warns when the last frame left out something that its buffers have no room for.
-///
-/// # Errors
-/// When the device is lost.
-pub fn warn_of_losses(renderer: &Renderer) -> Result<()> {
-    if let Some(sentence) = renderer.shapes().technique.complaint(&renderer.read_counters()?) {
-        log::warn!("{sentence}");
-    }
-    Ok(())
-}

@@ -17,6 +17,8 @@ pub struct Frames {
     pub times: Vec<FrameTimes>,
     /// How far the run came when it was interrupted.
     pub interrupted: Option<String>,
+    /// What the first frame that left something out had no room for.
+    pub complaint: Option<String>,
 }
 
 /// Serial frames: each is waited for before the next, so that wall clock and GPU clock can be compared. An
@@ -38,6 +40,7 @@ pub fn run_frames(
     let bar = progress.bar("frames", SUBDIVISION * (warmup + measured));
     let mut times = Vec::new();
     let mut interrupted = None;
+    let mut complaint = None;
     for index in 0..warmup + measured {
         if settings.render.accumulate > 1 {
             renderer.set_accumulated_frame(index.saturating_sub(warmup) as u32, Fresh::All);
@@ -60,6 +63,10 @@ pub fn run_frames(
             log::debug!("frame {} of {measured}: {gpu_ms:.1} ms", times.len());
         }
         bar.set(SUBDIVISION * (index + 1));
+        // The frames of a mean have lights of their own; others have those of the last one.
+        if settings.render.accumulate > 1 && complaint.is_none() {
+            complaint = renderer.complaint()?;
+        }
         let is_last = index + 1 == warmup + measured;
         let partly = frame.rounds_done < frame.rounds;
         if interrupt::requested() && (!is_last || partly) {
@@ -76,5 +83,5 @@ pub fn run_frames(
     if times.is_empty() {
         return Err(Error::Interrupted("interrupted before the first measured frame; nothing is written".to_owned()));
     }
-    Ok(Frames { times, interrupted })
+    Ok(Frames { times, interrupted, complaint })
 }

@@ -33,7 +33,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
     let job = Job::new(&gpu, &uploaded, camera, settings);
     let mut renderer = Renderer::new(&job)?;
-    let Frames { times: frames, interrupted } = run_frames(&mut renderer, settings, capture, &progress)?;
+    let Frames { times: frames, interrupted, complaint } = run_frames(&mut renderer, settings, capture, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
     let mut frame_count = frames.len();
     let dump = match dump {
@@ -47,7 +47,9 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         _ => None,
     };
     let rays = RayRates::of(&times, counts::rays(&renderer)?);
-    counts::warn_of_losses(&renderer)?;
+    if let Some(sentence) = complaint.map_or_else(|| renderer.complaint(), |first| Ok(Some(first)))? {
+        log::warn!("{sentence}");
+    }
     let printed = (!quiet).then(|| table(&times, &rays));
     let picture = match outputs.picture {
         None => None,

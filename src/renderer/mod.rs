@@ -164,6 +164,14 @@ impl Renderer {
         &self.shapes
     }
 
+    /// One sentence when the last frame left out something that its buffers have no room for; waits.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn complaint(&self) -> Result<Option<String>> {
+        Ok(self.shapes().technique.complaint(&self.read_counters()?))
+    }
+
     /// Words of the technique's counters after the last frame.
     ///
     /// # Errors

@@ -164,11 +164,21 @@ pub(super) fn counts(shape: &LightShape, words: &[Vec<u32>]) -> Vec<Count> {
     vec![Count::new("vpls", "virtual point lights", *vpls), Count::new("paths", "light paths", shape.path_count)]
 }
 
-/// A sentence about the VPLs, and the lights of grids, that did not fit.
-pub(super) fn complaint(words: &[Vec<u32>], grid_lights: u32) -> Option<String> {
-    let vpls = words.first()?.get(2).copied()?;
-    (vpls > 0 || grid_lights > 0)
-        .then(|| format!("{vpls} VPLs and {grid_lights} grid lights did not fit and were left out"))
+/// A sentence about the VPLs that had no room, and the lights of grids: `grid_lights` are those without and with room.
+pub(super) fn complaint(words: &[Vec<u32>], grid_lights: [u32; 2]) -> Option<String> {
+    let [_, kept_vpls, vpls, ..] = words.first()?[..] else { return None };
+    let part = |[lost, kept]: [u32; 2], what: &str| {
+        (lost > 0).then(|| format!("{lost} of {} {what}", u64::from(lost) + u64::from(kept)))
+    };
+    let parts = [part([vpls, kept_vpls], "virtual point lights"), part(grid_lights, "grid lights")];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "{} had no room and were left out: the picture lacks their light; room is made before the first frame, for \
+             --vpls and --levels and the lights as they then are, with a quarter to spare",
+            parts.join(" and ")
+        )
+    })
 }
 
 /// Resources of the passes that make the lights S0.

@@ -17,6 +17,7 @@ use crate::settings::{self, Settings, View};
 use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
 
+pub use brute_force::BruteForceShape;
 pub use counts::{Cell, Count, InspectorTable};
 pub use rules::{check, check_with};
 pub use shape::{Added, AddedView, AnyShape, InspectPass, Shapes, TechniqueOutputs, TechniqueShape};

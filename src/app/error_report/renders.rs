@@ -104,6 +104,9 @@ impl<'a> Studio<'a> {
             ms += run_frame(&mut renderer, first + index, &settings, &part)?;
             part(1.0);
         }
+        if let Some(sentence) = renderer.complaint()? {
+            log::warn!("{sentence}");
+        }
         let size = settings.picture.size;
         let image = Image::new(size.width as usize, size.height as usize, renderer.read_radiance()?)?;
         Ok(Rendered { image, ms, noise: None })

@@ -125,8 +125,8 @@ impl TechniqueShape for LghShape {
     }
 
     fn complaint(&self, words: &[Vec<u32>]) -> Option<String> {
-        let lost_grid_lights = words.get(1).and_then(|table| table.last()).copied().unwrap_or(0);
-        many_lights::complaint(words, lost_grid_lights)
+        let (lost, levels) = words.get(1).and_then(|table| table.split_last()).unwrap_or((&0, &[]));
+        many_lights::complaint(words, [*lost, levels.iter().skip(1).step_by(2).sum()])
     }
 
     fn counting(&self) -> Option<Box<dyn TechniqueShape>> {

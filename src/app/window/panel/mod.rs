@@ -151,6 +151,8 @@ impl Panel {
         let mut lines = Vec::new();
         lines.extend(facts.loading.clone().map(|text| (text, Color32::LIGHT_YELLOW)));
         lines.extend(self.message.clone().map(|(_, text)| (text, Color32::WHITE)));
+        let complaint = facts.main.feedback.and_then(|feedback| feedback.complaint.clone());
+        lines.extend(complaint.map(|text| (text, Color32::LIGHT_YELLOW)));
         lines.extend(self.error.clone().map(|text| (text, ERROR)));
         if lines.is_empty() {
             return;

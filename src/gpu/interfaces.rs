@@ -101,7 +101,7 @@ impl Shaders {
     }
 
     /// The bindings called `name`, one for each module that has it.
-    fn named<'a>(&'a self, name: BindingName) -> impl Iterator<Item = (Stage, &'a Binding)> {
+    fn named(&self, name: BindingName) -> impl Iterator<Item = (Stage, &Binding)> {
         self.bindings().filter(move |(_, b)| match name {
             BindingName::Name(name) => b.name == name,
             BindingName::Number(number) => b.set == 0 && b.binding == number,

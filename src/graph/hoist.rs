@@ -13,6 +13,7 @@ struct Movable {
     what: What,
 }
 
+#[derive(Clone, Copy)]
 enum What {
     Barrier(Barrier),
     Takeover(MemoryBarrier),

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use glam::Vec2;
 
 use crate::camera::View;
 use crate::gpu::Gpu;
 use crate::scene::Camera;
 use crate::settings::{Exposure, Settings};
-use crate::shared::{FrameData, LEVEL_ROWS};
+use crate::shared::FrameData;
 use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
 
@@ -51,18 +52,24 @@ impl<'a> Job<'a> {
         };
         FrameData {
             clip_from_world: view.clip_from_world.to_cols_array_2d(),
-            eye_near: view.eye_ws.extend(view.near).to_array(),
-            forward: view.forward_ws.extend(0.0).to_array(),
-            right: view.right_ws.extend(snap).to_array(),
-            up: view.up_ws.extend(0.0).to_array(),
-            scene_sphere: scene.bounds.center().extend(radius).to_array(),
-            size: [size.width, size.height, size.width, size.height],
-            sampling: [1, 0, 0, 0],
-            counts: [0; 4],
-            lights: [settings.tracing.seed, scene.light_count, scene.first_point_light, 0],
-            tuning: [0.0, 0.0, exposure, RAY_OFFSET * radius],
-            accumulation: [0, settings.tracing.seed, 0, 0],
-            levels: [[0; 4]; LEVEL_ROWS],
+            eye_ws: view.eye_ws.to_array(),
+            near: view.near,
+            forward_ws: view.forward_ws.to_array(),
+            right_ws: view.right_ws.to_array(),
+            rasteriser_step: snap,
+            up_ws: view.up_ws.to_array(),
+            scene_center_ws: scene.bounds.center().to_array(),
+            scene_radius: radius,
+            size_px: [size.width, size.height],
+            sub_image_px: [size.width, size.height],
+            interleave: 1,
+            seed: settings.tracing.seed,
+            sampling_seed: settings.tracing.seed,
+            direct_lights: scene.light_count,
+            first_point_light: scene.first_point_light,
+            exposure,
+            ray_offset: RAY_OFFSET * radius,
+            ..FrameData::zeroed()
         }
     }
 

@@ -66,7 +66,7 @@ impl Inspector {
 
     fn look<'a>(&mut self, written: &'a Written, at: [u32; 2]) -> Looked<'a> {
         let pixel = self.pixel(at);
-        let (data, sample_count) = (*self.renderer.frame_data(), self.renderer.frame_data().sampling[1]);
+        let (data, sample_count) = (*self.renderer.frame_data(), self.renderer.frame_data().shadow_samples);
         Looked { pixel, written, data, sample_count }
     }
 }

@@ -70,7 +70,7 @@ fn pack(test: &common::GpuTest, slots: &LightList, bits: &[u32], vpl_capacity: u
     let slots_of_paths = VplSlots { positions, fluxes, bits: slot_bits, count };
     let lights = compaction::pack_lights(&mut frame, &shape.lights, &slots_of_paths);
     let mut data = frame_data(&shape, 1.0);
-    data.lights[2] = prepared.first_point_light;
+    data.first_point_light = prepared.first_point_light;
     let set = upload(test, &scene, &prepared);
     let mut executor = Executor::new(&test.gpu, frame.graph, Some(set)).unwrap();
     executor.write_buffer(positions, bytemuck::cast_slice(&slots.positions)).unwrap();

@@ -64,7 +64,7 @@ void main() {
     vec3 normal = unpack_octahedral(texelFetch(normals_image, pixel, 0).x);
     float center_brightness = brightness(pixel);
     float center_ratio = shadow_ratio(texelFetch(shadowed_image, pixel, 0).rgb, texelFetch(unshadowed_image, pixel, 0).rgb);
-    float footprint = 2.0 * length(frame.up.xyz) / float(size.y) * frame.eye_near.w / depth;
+    float footprint = 2.0 * length(frame.up_ws) / float(size.y) * frame.near / depth;
     float plane_scale = 1.0 / (PLANE_SIGMA * footprint);
     float nearness = NEARNESS_SIGMA * footprint * float(step_px);
     float nearness_scale = 1.0 / (nearness * nearness);

@@ -3,12 +3,12 @@
 // World position from reversed-Z depth (near / view z) where the pixel was sampled.
 vec3 position_from_depth(uvec2 pixel, float depth) {
     vec2 ndc = (vec2(pixel) + 0.5 + pixel_jitter()) / vec2(image_size()) * 2.0 - 1.0;
-    vec3 ray = frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz;
-    return frame.eye_near.xyz + ray * (frame.eye_near.w / depth);
+    vec3 ray = frame.forward_ws + ndc.x * frame.right_ws - ndc.y * frame.up_ws;
+    return frame.eye_ws + ray * (frame.near / depth);
 }
 
 // Rays from a rasterised surface start this far off it: its depth is that of triangles whose corners were moved
 // to subpixel positions (SwiftShader has 16 per pixel and axis, which shows as false shadow).
 float surface_offset(vec3 position_ws) {
-    return ray_offset() + frame.right.w * dot(position_ws - frame.eye_near.xyz, frame.forward.xyz);
+    return ray_offset() + frame.rasteriser_step * dot(position_ws - frame.eye_ws, frame.forward_ws);
 }

@@ -1,26 +1,8 @@
 // The lights of the hierarchy and their arithmetic. Needs frame.glsl, random.glsl (PI), color.glsl.
 
-// Rust: shared::GridLight.
-struct GridLight {
-    vec3 position_ws;
-    float luminance;
-    vec3 variance;
-    uint level;
-    vec3 lobe;
-    float weight;
-    vec3 flux;
-    uint vertex;
-};
+#include "shared/GridLight.glsl"
 
-// Rust: shared::GridPlacement.
-struct GridPlacement {
-    vec3 origin_ws;
-    float h_top;
-    float inverse_h_top;
-    float flux_scale;
-    uint light_count;
-    uint padding;
-};
+#include "shared/GridPlacement.glsl"
 
 uint vertices_per_axis(uint level) { return frame.levels[level].x; }
 uint words_per_row(uint level) { return frame.levels[level].y; }

@@ -1,8 +1,2 @@
-// A material as shaders read it. Rust: shared::GpuMaterial.
-struct Material {
-    vec4 base_color;
-    uint albedo_layer;
-    float alpha_cutoff;
-    float normal_scale;
-    uint has_normal_map;
-};
+// A material as shaders read it.
+#include "shared/Material.glsl"

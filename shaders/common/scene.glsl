@@ -19,18 +19,7 @@ struct BvhTriangle {
 
 #include "common/material.glsl"
 
-// Rust: shared::PunctualLight.
-struct PunctualLight {
-    vec3 position_ws;
-    uint kind;
-    vec3 direction_ws;
-    float inner_cos;
-    vec3 intensity;
-    float outer_cos;
-    float path_cdf;
-    float path_probability;
-    vec2 padding;
-};
+#include "shared/PunctualLight.glsl"
 
 // Images, as drivers without a GPU read the four words of a texel together, those of a buffer one by one.
 layout(set = 1, binding = 0) uniform utexture2D bvh_nodes;

@@ -20,8 +20,8 @@ layout(push_constant) uniform Push { uint slot_count; };
 
 void main() {
     uint index = linear_thread();
-    uint vpl_count = min(slot_ranks[(slot_count + 31u) / 32u], frame.counts.y);
-    uint scene_light_count = frame.lights.w;
+    uint vpl_count = min(slot_ranks[(slot_count + 31u) / 32u], frame.vpl_capacity);
+    uint scene_light_count = frame.scene_lights;
     if (index == 0u) {
         light_counts[0] = vpl_count + scene_light_count;
         light_counts[1] = vpl_count;
@@ -31,12 +31,12 @@ void main() {
         uint word = slot_bits[index / 32u];
         uint bit = 1u << (index % 32u);
         uint target = slot_ranks[index / 32u] + uint(bitCount(word & (bit - 1u)));
-        if ((word & bit) != 0u && target < frame.counts.y) {
+        if ((word & bit) != 0u && target < frame.vpl_capacity) {
             light_positions[target] = slot_positions[index];
             light_fluxes[target] = slot_fluxes[index];
         }
     } else if (index - slot_count < scene_light_count) {
-        PunctualLight light = punctual_lights[frame.lights.z + index - slot_count];
+        PunctualLight light = punctual_lights[frame.first_point_light + index - slot_count];
         uint target = vpl_count + index - slot_count;
         light_positions[target] = uvec4(floatBitsToUint(light.position_ws), pack_octahedral(vec3(0.0, 1.0, 0.0)));
         light_fluxes[target] = vec4(light.intensity * 4.0 * PI, 0.0);

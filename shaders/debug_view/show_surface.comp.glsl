@@ -31,7 +31,7 @@ vec4 shown(ivec2 p, float depth) {
     case NORMAL:
         return vec4(unpack_octahedral(texelFetch(normals_image, p, 0).x), 0.0);
     case DEPTH:
-        return vec4(frame.eye_near.w / depth);
+        return vec4(frame.near / depth);
     case INDIRECT:
         return vec4(texelFetch(albedo_image, p, 0).rgb * first, 0.0);
     case SHADOW_RATIO:

@@ -29,7 +29,7 @@ void main() {
         vec3 geometric = unpack_octahedral(normals.y);
         vec3 origin = position + geometric * surface_offset(position);
         vec3 irradiance = vec3(0.0);
-        for (uint i = 0u; i < frame.lights.y; ++i) {
+        for (uint i = 0u; i < frame.direct_lights; ++i) {
             irradiance += irradiance_from(punctual_lights[i], position, shading, geometric, origin);
         }
         radiance = texelFetch(albedo_image, ivec2(pixel), 0).rgb / PI * irradiance;

@@ -54,7 +54,7 @@ void main() {
     vec4 base_color = material.base_color * texture(base_color_texture, steady(uv));
     vec3 geometric = cross(dFdx(position_ws), dFdy(position_ws));
     geometric = dot(geometric, geometric) > 0.0 ? normalize(geometric) : normalize(normal_ws);
-    vec3 to_eye = frame.eye_near.xyz - position_ws;
+    vec3 to_eye = frame.eye_ws - position_ws;
     geometric = dot(geometric, to_eye) < 0.0 ? -geometric : geometric;
     vec3 shading = dot(normal_ws, normal_ws) > 0.0 ? normalize(normal_ws) : geometric;
     shading = dot(shading, geometric) < 0.0 ? -shading : shading;

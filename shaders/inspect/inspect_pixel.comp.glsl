@@ -9,48 +9,11 @@
 
 layout(local_size_x = WORKGROUP_SIZE) in;
 
-// Rust: shared::InspectedLevel.
-struct InspectedLevel {
-    uint count;
-    uint blended;
-    float weight;
-    float lighting;
-    uint strongest;
-    float strongest_lighting;
-    float strongest_distance;
-    float strongest_weight;
-};
+#include "shared/InspectedLevel.glsl"
 
-// Rust: shared::InspectedSample.
-struct InspectedSample {
-    vec3 position_ws;
-    uint light;
-    float estimate;
-    uint level;
-    uint state;
-    float distance;
-};
+#include "shared/InspectedSample.glsl"
 
-// Rust: shared::InspectedPixel.
-struct InspectedPixel {
-    uvec2 pixel;
-    uint found;
-    uint sample_count;
-    vec3 position_ws;
-    float depth;
-    vec3 normal;
-    uint level_count;
-    vec3 geometric_normal;
-    float total;
-    vec3 albedo;
-    float padding;
-    vec4 radiance;
-    vec4 direct;
-    vec4 lighting;
-    vec4 shadow_ratio;
-    InspectedLevel levels[MAX_LEVEL + 1u];
-    InspectedSample samples[MAX_SHADOW_SAMPLES];
-};
+#include "shared/InspectedPixel.glsl"
 
 layout(push_constant) uniform Push { uint index_bits; uint flags; };
 #ifdef INSPECT_LIGHTS
@@ -88,7 +51,7 @@ void look_at_surface(uvec2 pixel, float depth) {
     ivec2 p = ivec2(pixel);
     uvec2 normals = texelFetch(normals_image, p, 0).xy;
     inspected.position_ws = position_from_depth(pixel, depth);
-    inspected.depth = frame.eye_near.w / depth;
+    inspected.depth = frame.near / depth;
     inspected.normal = unpack_octahedral(normals.x);
     inspected.geometric_normal = unpack_octahedral(normals.y);
     inspected.albedo = texelFetch(albedo_image, p, 0).rgb;
@@ -177,7 +140,7 @@ void look_at_samples(uvec2 pixel, float depth) {
 #endif
 
 void main() {
-    uvec2 pixel = min(frame.accumulation.zw, image_size() - 1u);
+    uvec2 pixel = min(frame.inspected_pixel, image_size() - 1u);
     float depth = texelFetch(depth_image, ivec2(pixel), 0).x;
     bool found = depth > 0.0;
     uint sample_count = 0u;

@@ -27,7 +27,7 @@ bool is_edge(uvec2 a, uvec2 b) {
     vec3 normal_a = unpack_octahedral(texelFetch(normals_image, ivec2(a), 0).x);
     vec3 normal_b = unpack_octahedral(texelFetch(normals_image, ivec2(b), 0).x);
     vec3 offset = position_from_depth(b, depth_b) - position_from_depth(a, depth_a);
-    float view_depth = frame.eye_near.w / max(depth_a, depth_b);
+    float view_depth = frame.near / max(depth_a, depth_b);
     float off_plane = max(abs(dot(offset, normal_a)), abs(dot(offset, normal_b)));
     return dot(normal_a, normal_b) < MIN_COSINE || off_plane > MAX_PLANE_DISTANCE * view_depth;
 }

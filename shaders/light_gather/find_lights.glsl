@@ -36,7 +36,7 @@ Reach reach_of(Cluster bounds, uint level, uint tile) {
     // A grid light lies within a cell of its vertex, a light of level 0 within the cell that begins there.
     float reach = (level == 0u ? 1.0 : 2.0) * alpha() + 0.001;
     float above = level == 0u ? 0.0 : 1.0;
-    vec3 origin = grid.origin_ws - frame.eye_near.xyz;
+    vec3 origin = grid.origin_ws - frame.eye_ws;
     vec3 last = vec3(float(vertices_per_axis(grid_level) - 1u));
     vec3 low = clamp(ceil((bounds.lowest - origin) * per_cell - reach - 1.0), vec3(0.0), last + 1.0);
     vec3 high = clamp(floor((bounds.highest - origin) * per_cell + reach + above), vec3(-1.0), last);
@@ -121,7 +121,7 @@ uint find_in_level(Reach reach, Cluster own, Cluster before, bool has_before, ui
         for (uint i = range.x; i < range.y; ++i) {
             uint light = merged_light(reach, i, tile);
             uint read = light == NO_LIGHT ? 0u : light;
-            vec3 position = texelFetch(light_texels, light_texel(read, 0u), 0).xyz - frame.eye_near.xyz;
+            vec3 position = texelFetch(light_texels, light_texel(read, 0u), 0).xyz - frame.eye_ws;
             bool reaches = light != NO_LIGHT && may_reach(own, position, reach.level, radius);
             if (reaches && !(has_before && may_reach(before, position, reach.level, radius))) {
                 if (count >= first && count - first < FOUND_PER_LANE) {

@@ -73,7 +73,7 @@ Pixel pixel_at(uvec2 inside, uvec2 sub_image) {
         return Pixel(false, vec3(0.0), vec3(0.0), 0.0, index);
     }
     vec3 normal = unpack_octahedral(texelFetch(normals_image, ivec2(xy), 0).x);
-    return Pixel(true, position_from_depth(xy, depth), normal, frame.eye_near.w / depth, index);
+    return Pixel(true, position_from_depth(xy, depth), normal, frame.near / depth, index);
 }
 
 // Offers a light with weight f > 0 to every reservoir: the one with the smallest -ln(u) / f stays, as in
@@ -154,7 +154,7 @@ void main() {
     Pixel pixel = pixel_at(gl_GlobalInvocationID.xy, sub_image);
     // Wider than this, two clusters let fewer lights pass than they cost.
     float split_distance = 3.0 * alpha() * cell_size(grid.h_top, 1u);
-    bound_tile(pixel.found, pixel.position_ws - frame.eye_near.xyz, pixel.normal, pixel.distance, split_distance);
+    bound_tile(pixel.found, pixel.position_ws - frame.eye_ws, pixel.normal, pixel.distance, split_distance);
     Gathered gathered;
     gathered.lighting = vec4(0.0);
     for (uint i = 0u; i < SAMPLES; ++i) {

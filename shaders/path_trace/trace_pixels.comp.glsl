@@ -26,7 +26,7 @@ vec3 sampled_irradiance(HitSurface surface, vec3 origin, inout uint random_state
 vec3 trace_path(vec3 origin, vec3 geometric, vec3 direction, inout uint random_state) {
     vec3 throughput = vec3(1.0);
     vec3 lighting = vec3(0.0);
-    for (uint bounce = 0u; bounce < frame.counts.w; ++bounce) {
+    for (uint bounce = 0u; bounce < frame.bounces; ++bounce) {
         Hit hit;
         if (dot(direction, geometric) <= 0.0 || !traverse(origin, direction, 3e38, false, hit)) {
             break;

@@ -37,6 +37,6 @@ void main() {
     }
     if (lane == 0u) {
         float automatic = counts[0] > 0.0 ? 0.18 / exp(log_sums[0] / counts[0]) : 1.0;
-        exposure[0] = frame.tuning.z > 0.0 ? frame.tuning.z : automatic;
+        exposure[0] = frame.exposure > 0.0 ? frame.exposure : automatic;
     }
 }

@@ -22,7 +22,7 @@ struct Emission {
 
 // Start of a path; its flux is the light's flux over the expected number of its paths.
 Emission emit_path(PunctualLight light, vec2 u) {
-    float paths = max(light.path_probability * float(frame.counts.z), 1e-20);
+    float paths = max(light.path_probability * float(frame.path_count), 1e-20);
     if (light.kind == LIGHT_DIRECTIONAL) {
         // Uniform over the disc that covers the scene's bounding sphere.
         vec3 t, b;
@@ -30,7 +30,7 @@ Emission emit_path(PunctualLight light, vec2 u) {
         float radius = scene_radius() * sqrt(u.x);
         float angle = 2.0 * PI * u.y;
         vec3 on_disc = radius * (cos(angle) * t + sin(angle) * b);
-        vec3 origin = frame.scene_sphere.xyz + on_disc - light.direction_ws * (2.0 * scene_radius());
+        vec3 origin = frame.scene_center_ws + on_disc - light.direction_ws * (2.0 * scene_radius());
         float area = PI * scene_radius() * scene_radius();
         return Emission(origin, light.direction_ws, light.intensity * area / paths);
     }
@@ -50,18 +50,18 @@ Emission emit_path(PunctualLight light, vec2 u) {
 
 void main() {
     uint path = linear_thread();
-    if (path >= frame.counts.z) {
+    if (path >= frame.path_count) {
         return;
     }
     uint random_state = hash(path, frame_seed());
-    float position = (float(path) + random(random_state)) / float(frame.counts.z);
+    float position = (float(path) + random(random_state)) / float(frame.path_count);
     vec2 u = r2_sequence(path, frame_seed());
     Emission emission = emit_path(punctual_lights[light_at_share(position)], u);
     vec3 origin = emission.origin;
     vec3 direction = emission.direction;
     vec3 flux = emission.flux;
     uint rays = 0u;
-    for (uint bounce = 0u; bounce < frame.counts.w; ++bounce) {
+    for (uint bounce = 0u; bounce < frame.bounces; ++bounce) {
         Hit hit;
         ++rays;
         if (!any(greaterThan(flux, vec3(0.0))) || !traverse(origin, direction, 3e38, false, hit)) {
@@ -69,7 +69,7 @@ void main() {
         }
         HitSurface surface = surface_at_hit(hit, direction);
         flux *= surface.albedo;
-        uint slot = path * frame.counts.w + bounce;
+        uint slot = path * frame.bounces + bounce;
         if (any(greaterThan(flux, vec3(0.0)))) {
             slot_positions[slot] = uvec4(floatBitsToUint(surface.position_ws), pack_octahedral(surface.normal));
             slot_fluxes[slot] = vec4(flux, 1.0);

@@ -6,6 +6,7 @@ use std::path::Path;
 use npyz::{DType, NpyHeader, Order, WriteOptions, WriterBuilder};
 use serde_json::{Value, json};
 
+use crate::shared::{FieldInfo, FieldKind, StructInfo};
 use crate::{Error, Result};
 
 /// A number in a file.
@@ -71,6 +72,13 @@ impl Field {
         Self { name: name.to_owned(), scalar, shape: shape.to_vec() }
     }
 
+    /// A field of a struct that shaders read, and where it begins.
+    fn of_struct(info: &FieldInfo) -> (usize, Self) {
+        let scalar = if info.kind == FieldKind::Float { Scalar::F32 } else { Scalar::U32 };
+        let shape: Vec<u64> = info.shape.iter().map(|axis| *axis as u64).collect();
+        (info.offset_bytes, Self::new(info.name, scalar, &shape))
+    }
+
     /// Numbers of one record.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -110,6 +118,16 @@ impl Array {
         let size: usize = fields.iter().map(Field::bytes).sum();
         let length = shape.iter().product::<u64>() as usize * size;
         Self { fields, shape: shape.to_vec(), bytes: bytes[..length.min(bytes.len())].to_vec(), first: 0 }
+    }
+
+    /// `count` structs that shaders read, as records of the fields that are wanted.
+    #[must_use]
+    pub fn structs(info: &StructInfo, is_wanted: impl Fn(&FieldInfo) -> bool, count: u64, bytes: &[u8]) -> Self {
+        let wanted: Vec<(usize, Field)> = info.fields.iter().filter(|f| is_wanted(f)).map(Field::of_struct).collect();
+        let structs = bytes.chunks_exact(info.size_bytes).take(count as usize);
+        let parts = structs.flat_map(|s| wanted.iter().map(|(offset, field)| &s[*offset..*offset + field.bytes()]));
+        let packed: Vec<u8> = parts.flatten().copied().collect();
+        Self::records(wanted.into_iter().map(|(_, field)| field).collect(), &[count], &packed)
     }
 
     /// The same, of a part that starts at element `first` of its resource.

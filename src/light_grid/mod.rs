@@ -2,7 +2,7 @@
 
 pub mod choose_levels;
 
-use crate::shared::{LEVEL_ROWS, MAX_LEVEL};
+use crate::shared::{LEVEL_ROWS, MAX_LEVEL, MIN_TOP_LEVEL};
 
 /// The levels 1..=Lmax. Level Lmax has 2 vertices per axis, each level below twice the cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,10 +12,10 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Lmax is clamped to what the tables hold, 2..=[`MAX_LEVEL`].
+    /// Lmax is clamped to what the tables hold, [`MIN_TOP_LEVEL`]..=[`MAX_LEVEL`].
     #[must_use]
     pub fn new(top: u32) -> Self {
-        Self { top: top.clamp(2, MAX_LEVEL) }
+        Self { top: top.clamp(MIN_TOP_LEVEL, MAX_LEVEL) }
     }
 
     /// Vertices per axis of a level: 2^(Lmax - l) + 1.

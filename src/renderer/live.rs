@@ -89,7 +89,7 @@ impl Renderer {
 
     /// Which pixel the next frames tell about, when they do.
     pub fn inspect_pixel(&mut self, pixel: [u32; 2]) {
-        self.data.accumulation[2..].copy_from_slice(&pixel);
+        self.data.inspected_pixel = pixel;
     }
 
     /// Submits one frame into an image of the window.

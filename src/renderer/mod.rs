@@ -96,10 +96,9 @@ impl Renderer {
         let frame_seed = if number == 0 { self.seed } else { hash(self.seed ^ hash(number)) };
         let view = View::new(&self.camera, self.shapes.frame.width_px, self.shapes.frame.height_px, jitter_px);
         self.data.clip_from_world = view.clip_from_world.to_cols_array_2d();
-        self.data.forward[3] = jitter_px.x;
-        self.data.up[3] = jitter_px.y;
-        self.data.lights[0] = if everything { frame_seed } else { self.seed };
-        self.data.accumulation[..2].copy_from_slice(&[number, frame_seed]);
+        [self.data.jitter_x_px, self.data.jitter_y_px] = jitter_px.to_array();
+        self.data.seed = if everything { frame_seed } else { self.seed };
+        (self.data.accumulated_frame, self.data.sampling_seed) = (number, frame_seed);
     }
 
     /// Runs one frame and waits for it, repeated passes in submissions of about `max_submit_ms`.

@@ -13,6 +13,9 @@ use crate::shared;
 /// The virtual include that carries the constants of [`crate::shared`].
 pub const CONSTANTS_INCLUDE: &str = "constants.glsl";
 
+/// The virtual folder of the includes that carry the structs of [`crate::shared`].
+const STRUCT_INCLUDES: &str = "shared/";
+
 /// One shader variant with its whole source in one string.
 pub struct ShaderSource {
     /// Name of the variant: folder, verb_noun, optional suffix and stage, as in `gbuffer/draw_scene.frag`.
@@ -97,6 +100,12 @@ fn flatten(shaders_dir: &Path, file: &Path, variant: &Variant) -> Result<ShaderS
     Ok(source)
 }
 
+/// The text of an include that is made from Rust: the constants, or one struct of [`crate::shared`].
+fn generated(target: &str) -> Option<String> {
+    let name = target.strip_prefix(STRUCT_INCLUDES).and_then(|file| file.strip_suffix(".glsl"));
+    if target == CONSTANTS_INCLUDE { Some(shared::glsl_constants()) } else { shared::glsl_struct(name?) }
+}
+
 /// Appends `file` with its `#include "path"` lines (relative to `shaders/`) expanded, each file once.
 fn include(shaders_dir: &Path, file: &Path, seen: &mut BTreeSet<PathBuf>, into: &mut ShaderSource) -> Result<()> {
     if !seen.insert(file.to_path_buf()) {
@@ -111,12 +120,11 @@ fn include(shaders_dir: &Path, file: &Path, seen: &mut BTreeSet<PathBuf>, into: 
             continue;
         };
         let target = rest.trim_end().trim_end_matches('"');
-        if target == CONSTANTS_INCLUDE {
-            if seen.insert(PathBuf::from(CONSTANTS_INCLUDE)) {
-                let constants = shared::glsl_constants();
-                let lines = constants.lines().count();
-                into.text.push_str(&constants);
-                into.origins.extend((1..=lines).map(|line| (PathBuf::from(CONSTANTS_INCLUDE), line)));
+        if let Some(generated) = generated(target) {
+            if seen.insert(PathBuf::from(target)) {
+                let lines = generated.lines().count();
+                into.text.push_str(&generated);
+                into.origins.extend((1..=lines).map(|line| (PathBuf::from(target), line)));
             }
         } else {
             include(shaders_dir, &shaders_dir.join(target), seen, into)?;

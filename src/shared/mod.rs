@@ -1,14 +1,23 @@
-//! What the CPU and the shaders share: constants and structs. The constants reach GLSL through the include
-//! `constants.glsl`, generated here, so that no number is typed twice.
+//! What the CPU and the shaders share: constants and structs. They reach GLSL through the includes `constants.glsl` and
+//! `shared/<struct>.glsl`, generated here, so that nothing is typed twice.
 
 use std::fmt::Write as _;
 
 mod structs;
+mod table;
 
 pub use structs::{
-    FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample, LEVEL_ROWS,
-    PunctualLight,
+    ALL as STRUCTS, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample,
+    LEVEL_ROWS, PunctualLight,
 };
+
+pub use table::{FieldInfo, FieldKind, SharedStruct, StructInfo};
+
+/// The text of the generated include `shared/<name>.glsl`: the struct's declaration. `None` where there is no such struct.
+#[must_use]
+pub fn glsl_struct(name: &str) -> Option<String> {
+    STRUCTS.iter().find(|info| info.name == name).map(StructInfo::glsl)
+}
 
 macro_rules! shared_constants {
     ($($(#[$doc:meta])* $name:ident = $value:expr;)*) => {
@@ -31,6 +40,8 @@ shared_constants! {
     TILE_SIZE = 8;
     /// Invocations that gather one grid vertex together.
     GATHER_SIZE = 64;
+    /// Fewest levels of the hierarchy.
+    MIN_TOP_LEVEL = 2;
     /// Coarsest level that the tables have room for; levels are 1..=MAX_LEVEL, level 0 is the lights.
     MAX_LEVEL = 10;
     /// Entries of a sub-image in `tiles`: its first merged light of each level, and the end.

@@ -84,11 +84,13 @@ pub(super) fn keeps_measures<T: PartialEq>(now: &Settings, before: &Settings, al
 
 /// Writes the lights' part of the frame's constants.
 pub(super) fn write_constants(shape: &LightShape, job: &Job<'_>, data: &mut FrameData) {
-    data.sampling[1] = shape.shadow_samples;
-    data.counts[1..].copy_from_slice(&[shape.vpl_capacity, shape.path_count, shape.bounces]);
-    data.lights[1] -= shape.scene_light_count;
-    data.lights[3] = shape.scene_light_count;
-    data.tuning[1] = (job.settings.many_lights.clamp * job.scene.bounds.radius()).powi(2);
+    data.shadow_samples = shape.shadow_samples;
+    data.vpl_capacity = shape.vpl_capacity;
+    data.path_count = shape.path_count;
+    data.bounces = shape.bounces;
+    data.direct_lights -= shape.scene_light_count;
+    data.scene_lights = shape.scene_light_count;
+    data.clamp_squared = (job.settings.many_lights.clamp * job.scene.bounds.radius()).powi(2);
 }
 
 /// Adds the passes that trace the light paths and pack what they leave.

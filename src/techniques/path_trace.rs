@@ -56,7 +56,7 @@ impl TechniqueShape for PathTraceShape {
     }
 
     fn write_constants(&self, job: &Job<'_>, data: &mut FrameData) {
-        data.counts[3] = job.settings.many_lights.bounces;
+        data.bounces = job.settings.many_lights.bounces;
     }
 
     fn add_passes(&self, frame: &mut Frame, gbuffer: &GBuffer) -> Added {

@@ -189,15 +189,22 @@ pub fn frame_shape() -> FrameShape {
 
 /// The constants that the hierarchy reads.
 pub fn frame_data(shape: &LghShape, scene_radius: f32) -> FrameData {
-    let [sub_width, sub_height] = shape.sub_image_px();
     FrameData {
-        scene_sphere: [0.0, 0.0, 0.0, scene_radius],
-        size: [SIZE_PX[0], SIZE_PX[1], sub_width, sub_height],
-        sampling: [shape.interleave, shape.lights.shadow_samples, 2, shape.first_level],
-        counts: [shape.levels.top, shape.lights.vpl_capacity, shape.lights.path_count, shape.lights.bounces],
-        lights: [1, 0, 0, shape.lights.scene_light_count],
-        tuning: [1.0, 0.0, 0.0, 0.0],
-        accumulation: [0, 1, 0, 0],
+        scene_radius,
+        size_px: SIZE_PX,
+        sub_image_px: shape.sub_image_px(),
+        interleave: shape.interleave,
+        shadow_samples: shape.lights.shadow_samples,
+        shadow_from: 2,
+        first_level: shape.first_level,
+        top_level: shape.levels.top,
+        vpl_capacity: shape.lights.vpl_capacity,
+        path_count: shape.lights.path_count,
+        bounces: shape.lights.bounces,
+        seed: 1,
+        scene_lights: shape.lights.scene_light_count,
+        alpha: 1.0,
+        sampling_seed: 1,
         levels: shape.levels.table(),
         ..bytemuck::Zeroable::zeroed()
     }

@@ -6,6 +6,7 @@ use crate::settings::validate::{above_zero, require, within};
 use crate::settings::{
     CenterWeight, FirstLevelBuild, LevelBuild, Levels, LightingMode, Lobe, Reservoir, ShadowFilter, ShadowPoints,
 };
+use crate::shared::{MAX_LEVEL, MIN_TOP_LEVEL};
 
 settings_group! {
     /// The lighting grid hierarchy.
@@ -71,14 +72,14 @@ impl LghSettings {
 impl Validate for LghSettings {
     fn validate(&self) -> Result<()> {
         if let Levels::Fixed(levels) = self.levels {
-            within("levels", levels, 2..=10)?;
+            within("levels", levels, MIN_TOP_LEVEL..=MAX_LEVEL)?;
         }
         above_zero("alpha", self.alpha)?;
         within("first-level", self.first_level, 0..=1)?;
         require(matches!(self.interleave, 1 | 2 | 4), || {
             format!("interleave must be 1, 2 or 4, not {}", self.interleave)
         })?;
-        within("shadow-from", self.shadow_from, 0..=10)?;
+        within("shadow-from", self.shadow_from, 0..=MAX_LEVEL)?;
         let picks_otherwise = matches!(self.reservoir, Some(Reservoir::Race | Reservoir::Lock));
         require(!picks_otherwise || self.lighting != Some(LightingMode::Gather), || {
             "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes".to_owned()

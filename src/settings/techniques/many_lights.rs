@@ -4,6 +4,7 @@ use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{at_least_one, require, within};
 use crate::settings::{LightSet, Switch};
+use crate::shared::MAX_SHADOW_SAMPLES;
 
 settings_group! {
     /// Which lights there are, and how any of them lights a pixel.
@@ -46,6 +47,6 @@ impl Validate for ManyLightSettings {
         require(self.clamp.is_finite() && self.clamp >= 0.0, || {
             format!("clamp must be a finite number, 0 or above, not {}", self.clamp)
         })?;
-        within("shadow-samples", self.shadow_samples, 0..=16)
+        within("shadow-samples", self.shadow_samples, 0..=MAX_SHADOW_SAMPLES)
     }
 }

@@ -5,19 +5,22 @@
 
 use super::super::many_lights;
 use crate::dump::{
-    Array, COUNT, DEPTH, Derived, DumpContext, Entry, Field, LIGHTING, RGBA, Scalar, all_words, buffer, bytes_of, f,
-    image, interleaved, noted, per_pixel, ranks, u, words,
+    Array, COUNT, DEPTH, Derived, DumpContext, Entry, LIGHTING, RGBA, Scalar, all_words, buffer, bytes_of, f, image,
+    interleaved, noted, per_pixel, ranks, u, words,
 };
 use crate::passes::lgh_shape::LghShape;
 use crate::settings::Reservoir;
-use crate::shared::{FrameData, GridLight, MAX_LEVEL, MOMENT_WORDS, NO_LIGHT};
+use crate::shared::{
+    self, DESCENT_STRIDE, FieldInfo, FrameData, GridLight, GridPlacement, MAX_LEVEL, MOMENT_WORDS, NO_LIGHT,
+    SharedStruct, TILE_STRIDE,
+};
 
 /// Words of a sub-image in `tiles`, and rows of the level table.
-const LEVELS: u64 = MAX_LEVEL as u64 + 2;
-/// Parts in a descent table (`descent/tables.glsl`).
-const DESCENT_PARTS: usize = 27;
-/// Representatives of an S1 light (`descent/representatives.glsl`).
-const REPRESENTATIVES: u64 = 4;
+const LEVELS: u64 = TILE_STRIDE as u64;
+/// Parts in a descent table.
+const DESCENT_PARTS: usize = shared::DESCENT_PARTS as usize;
+/// Representatives of an S1 light.
+const REPRESENTATIVES: u64 = shared::REPRESENTATIVES as u64;
 /// Units of a grid light.
 const GRID_LIGHT: &str = "metres, square metres, flux";
 
@@ -182,40 +185,21 @@ fn bounds(bytes: &[u8], _: &DumpContext<'_>) -> Array {
 
 /// `GridPlacement`.
 fn grid_placement(bytes: &[u8], _: &DumpContext<'_>) -> Array {
-    let floats = [f("origin_ws", &[3]), f("h_top", &[]), f("inverse_h_top", &[]), f("flux_scale", &[])];
-    let mut fields = floats.to_vec();
-    fields.push(u("light_count", &[]));
-    // The padding is left out: 28 of 32 bytes.
-    Array::records(fields, &[1], bytes)
-}
-
-fn grid_light_fields() -> Vec<Field> {
-    vec![
-        f("position_ws", &[3]),
-        f("luminance", &[]),
-        f("variance", &[3]),
-        u("level", &[]),
-        f("lobe", &[3]),
-        f("weight", &[]),
-        f("flux", &[3]),
-        u("vertex", &[]),
-    ]
+    Array::structs(&GridPlacement::INFO, |field| !field.is_padding(), 1, bytes)
 }
 
 /// Grid lights of the levels that the pass made; of a listed vertex only its level and index.
 fn grid_lights(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let (first, count) = pushed_levels(known);
-    let part = &bytes[64 * first as usize..64 * (first + count) as usize];
-    if known.pass.starts_with("compaction/") {
-        let listed: Vec<u8> = part.chunks_exact(64).flat_map(|l| [&l[28..32], &l[60..64]].concat()).collect();
-        return Array::records(vec![u("level", &[]), u("vertex", &[])], &[count], &listed).starting_at(first);
-    }
-    Array::records(grid_light_fields(), &[count], part).starting_at(first)
+    let part = &bytes[size_of::<GridLight>() * first as usize..];
+    let only_listed = known.pass.starts_with("compaction/");
+    let is_wanted = |field: &FieldInfo| !only_listed || ["level", "vertex"].contains(&field.name);
+    Array::structs(&GridLight::INFO, is_wanted, count, part).starting_at(first)
 }
 
 /// The merged list up to its end.
 fn merged_lights(bytes: &[u8], known: &DumpContext<'_>) -> Array {
-    Array::records(grid_light_fields(), &[merged_count(known)], bytes)
+    Array::structs(&GridLight::INFO, |_| true, merged_count(known), bytes)
 }
 
 /// Fixed-point sums of the levels that the pass added to.
@@ -295,7 +279,7 @@ fn reservoirs(bytes: &[u8], known: &DumpContext<'_>) -> Array {
 /// Descent tables of the lights above S1; unused parts have no light.
 fn descent_tables(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let Some(shape) = known.shape::<LghShape>() else { return all_words(bytes, known) };
-    let stride = 2 * DESCENT_PARTS + 2;
+    let stride = DESCENT_STRIDE as usize;
     let upper: u64 = (2..=shape.levels.top).map(|l| level(known, l).1).sum();
     let count = upper.min((bytes.len() / (4 * stride)) as u64);
     let words = words(bytes);
@@ -358,11 +342,11 @@ fn merged_count(known: &DumpContext<'_>) -> u64 {
 /// The blending radius of every merged light, which the shaders compute where they need it.
 pub(super) fn blending_radii(merged: &[u8], known: &DumpContext<'_>, data: &FrameData) -> Option<Derived> {
     let top = known.shape::<LghShape>()?.levels.top as i32;
-    // `GridPlacement::h_top`.
-    let h_top = f32::from_bits(*known.words("grid_placement").get(3)?);
+    let word = GridPlacement::INFO.field("h_top")?.offset_bytes / 4;
+    let h_top = f32::from_bits(*known.words("grid_placement").get(word)?);
     let list = merged_lights(merged, known);
     let lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&list.bytes);
-    let alpha = data.tuning[0];
+    let alpha = data.alpha;
     let radius = |light: &GridLight| alpha * (h_top * 2.0_f32.powi(light.level as i32 - top));
     let radii: Vec<u8> = lights.iter().flat_map(|light| radius(light).to_le_bytes()).collect();
     Some(Derived {

@@ -104,11 +104,12 @@ impl TechniqueShape for LghShape {
     fn write_constants(&self, job: &Job<'_>, data: &mut FrameData) {
         many_lights::write_constants(&self.lights, job, data);
         let settings = &job.settings.lgh;
-        data.size[2..].copy_from_slice(&self.sub_image_px());
-        data.sampling[0] = self.interleave;
-        data.sampling[2..].copy_from_slice(&[settings.shadow_from.min(self.levels.top), self.first_level]);
-        data.counts[0] = self.levels.top;
-        data.tuning[0] = settings.alpha;
+        data.sub_image_px = self.sub_image_px();
+        data.interleave = self.interleave;
+        data.shadow_from = settings.shadow_from.min(self.levels.top);
+        data.first_level = self.first_level;
+        data.top_level = self.levels.top;
+        data.alpha = settings.alpha;
         data.levels = self.levels.table();
     }
 

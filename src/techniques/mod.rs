@@ -1,12 +1,12 @@
 //! Techniques: each owns its sizes, what is measured for it before the first frame, its passes, views, counts,
 //! descriptions in dumps, and what the inspector tells. `docs/adding.md` says how to add one.
 
-mod brute_force;
+pub mod brute_force;
 mod counts;
-mod direct;
+pub mod direct;
 pub mod lgh;
 pub mod many_lights;
-mod path_trace;
+pub mod path_trace;
 mod reference;
 mod rules;
 mod shape;

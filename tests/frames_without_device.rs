@@ -1,0 +1,88 @@
+//! Every frame against the interfaces of its shaders, without a device: all techniques, modes and views.
+
+mod common;
+
+use clap::ValueEnum;
+use common::hierarchy::{Options, frame_shape, shape};
+use gridlight::frame;
+use gridlight::gpu::check_interfaces;
+use gridlight::graph::plan;
+use gridlight::passes::FrameShape;
+use gridlight::passes::lgh_shape::LghShape;
+use gridlight::passes::present::{self, Part, WindowFormat};
+use gridlight::settings::{
+    CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter, ShadowPoints, View,
+};
+use gridlight::techniques::brute_force::BruteForceShape;
+use gridlight::techniques::direct::Direct;
+use gridlight::techniques::path_trace::PathTraceShape;
+use gridlight::techniques::{Shapes, TechniqueShape};
+
+fn check(frame: &FrameShape, technique: &dyn TechniqueShape) {
+    let shapes = Shapes { frame: frame.clone(), technique: technique.boxed() };
+    let (mut graph, outputs) = frame::build(&shapes);
+    if frame.view == View::Final {
+        let window = WindowFormat { format: ash::vk::Format::B8G8R8A8_UNORM, driver_encodes: false };
+        present::add(&mut graph, outputs.tone_mapped.picture, window, Part::Whole);
+    }
+    plan(&graph).unwrap_or_else(|error| panic!("{shapes:?}: {error}"));
+    check_interfaces(&graph).unwrap_or_else(|error| panic!("{shapes:?}: {error}"));
+}
+
+fn hierarchy(build: LevelBuild, interleave: u32, first_level: u32) -> LghShape {
+    let center = CenterWeight::Intensity;
+    let options = Options { top: 4, build, center, interleave, first_level, light_capacity: 1000, grid_capacity: None };
+    shape(options)
+}
+
+/// Shapes of the hierarchy, each mode with each other that it meets in a shader.
+fn hierarchies() -> Vec<LghShape> {
+    let mut shapes = Vec::new();
+    for build in [LevelBuild::Cascade, LevelBuild::Gather, LevelBuild::Scatter] {
+        for (interleave, first_level, shadow_samples) in [(1, 0, 1), (2, 1, 0), (4, 1, 16), (1, 0, 0), (2, 0, 1)] {
+            let mut shape = hierarchy(build, interleave, first_level);
+            shape.lights.shadow_samples = shadow_samples;
+            shape.count_lights_tested = first_level == 0;
+            shape.filter = if interleave == 2 { ShadowFilter::None } else { ShadowFilter::Atrous };
+            shape.shadow_points = if interleave == 4 { ShadowPoints::Deviation } else { ShadowPoints::Descent };
+            let gathered = LghShape { lighting: LightingMode::Gather, reservoir: Reservoir::Exact, ..shape.clone() };
+            shapes.push(gathered);
+            for reservoir in [Reservoir::Race, Reservoir::Lock, Reservoir::Exact] {
+                shapes.push(LghShape { lighting: LightingMode::Volumes, reservoir, ..shape.clone() });
+            }
+        }
+    }
+    let atomic = LghShape { scatter: FirstLevelBuild::Atomic, ..hierarchy(LevelBuild::Cascade, 1, 1) };
+    shapes.push(atomic);
+    shapes
+}
+
+#[test]
+fn every_frame_fits_its_shaders() {
+    let lights = hierarchy(LevelBuild::Cascade, 1, 1).lights;
+    let references = [0, 1].map(|shadow_samples| {
+        let mut lights = lights;
+        (lights.path_count, lights.bounces, lights.shadow_samples) = (100, 2, shadow_samples);
+        BruteForceShape(lights)
+    });
+    for rays in [Rays::Bvh, Rays::Query] {
+        for inspect in [false, true] {
+            let frame = FrameShape { rays, inspect, accumulate: inspect, direct: !inspect, ..frame_shape() };
+            hierarchies().iter().for_each(|shape| check(&frame, shape));
+            references.iter().for_each(|shape| check(&frame, shape));
+            check(&frame, &PathTraceShape { samples: 4 });
+            check(&frame, &Direct);
+        }
+    }
+}
+
+#[test]
+fn every_view_fits_its_shaders() {
+    for view in View::value_variants() {
+        let frame = FrameShape { view: *view, inspect: true, ..frame_shape() };
+        for mut shape in hierarchies() {
+            shape.lights.shadow_samples = shape.lights.shadow_samples.max(1);
+            check(&frame, &shape);
+        }
+    }
+}

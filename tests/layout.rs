@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use gridlight::shader::spirv;
-use gridlight::shared::{STRUCTS, StructInfo};
+use gridlight::shared::{FieldInfo, FieldKind, STRUCTS, StructInfo};
 use rspirv::dr::{Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 
@@ -136,4 +136,37 @@ fn planted_faults_are_noticed() {
     let mut grid_light = shared_structs().into_iter().find(|s| s.name == "GridLight").unwrap();
     grid_light.size += 16;
     assert!(compare(&found, &grid_light).is_err(), "the stride");
+}
+
+/// The fields of a struct as `docs/dumps.md` writes them: `position_ws f4 x 3, luminance f4`.
+fn on_the_page(info: &StructInfo) -> String {
+    let text = |field: &FieldInfo| {
+        let kind = if field.kind == FieldKind::Float { "f4" } else { "u4" };
+        let axes: String = field.shape.iter().map(|axis| format!(" x {axis}")).collect();
+        format!("{} {kind}{axes}", field.name)
+    };
+    info.fields.iter().map(text).collect::<Vec<_>>().join(", ")
+}
+
+#[test]
+fn the_page_about_dumps_has_the_fields() {
+    let page = include_str!("../docs/dumps.md");
+    let resources = [
+        ("frame_data", "FrameData"),
+        ("grid_placement", "GridPlacement"),
+        ("merged_lights", "GridLight"),
+        ("materials", "Material"),
+        ("punctual_lights", "PunctualLight"),
+    ];
+    for (resource, name) in resources {
+        let info = STRUCTS.iter().find(|info| info.name == name).unwrap();
+        let mut fields = on_the_page(info);
+        if resource == "grid_placement" {
+            fields = fields.trim_end_matches(", padding u4").to_owned();
+        }
+        assert!(
+            page.contains(&format!("| `{resource}` | {fields} |")),
+            "docs/dumps.md lacks | `{resource}` | {fields} |"
+        );
+    }
 }

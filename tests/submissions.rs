@@ -77,7 +77,11 @@ fn submissions_change_nothing() {
     same("by time", submissions, submissions, &renderer);
 
     let mut visited = Vec::new();
-    renderer.run_and_read(|pass, _| Ok(visited.push(pass))).unwrap();
+    let visit = |pass, _| {
+        visited.push(pass);
+        Ok(())
+    };
+    renderer.run_and_read(visit).unwrap();
     assert_eq!(visited, (0..passes as usize).collect::<Vec<_>>());
     same("pass by pass", visited.len() as u32, passes, &renderer);
 }

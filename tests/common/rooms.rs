@@ -52,13 +52,23 @@ pub fn roofed_floor() -> Scene {
     scene
 }
 
-/// The roofed floor behind a fence of slats that are narrower than the pixels of a small picture.
-pub fn fenced_floor() -> Scene {
+/// Before the roofed floor's wall a screen that turns by 8 to 46 degrees from panel to panel, and before that a fence of
+/// slats narrower than the pixels of a small picture. Seen from so far that most edges are turns.
+pub fn folding_screen() -> Scene {
     let mut scene = roofed_floor();
+    let mut at = Vec3::new(-1.7, 0.0, -2.0);
+    for turn_deg in [0.0_f32, 8.0, -6.0, 14.0, -16.0, 30.0] {
+        let (sin, cos) = turn_deg.to_radians().sin_cos();
+        let (along, up) = (0.6 * Vec3::new(cos, 0.0, sin), 2.6 * Vec3::Y);
+        add_quad(&mut scene, [at, at + along, at + along + up, at + up]);
+        at += along;
+    }
     for slat in -5..=5_i8 {
         let left = Vec3::new(0.45 * f32::from(slat), 0.0, 2.5);
-        let (right, up) = (0.1 * Vec3::X, 1.6 * Vec3::Y);
+        let (right, up) = (0.06 * Vec3::X, 1.6 * Vec3::Y);
         add_quad(&mut scene, [left, left + right, left + right + up, left + up]);
     }
+    let (from, to) = (Vec3::new(4.0, 3.5, 9.0), Vec3::new(0.0, 1.8, -0.5));
+    scene.cameras = vec![camera(from, (to - from).normalize(), 0.45)];
     scene
 }

@@ -63,7 +63,7 @@ impl Technique for Ambient {
 impl AmbientShape {
     fn add_lighting(&self, frame: &mut Frame) -> (ImageHandle, BufferHandle) {
         let count = frame.graph.persistent_buffer("ambient_count", 16);
-        frame.clear("ambient/count", &[(count, self.lights)]);
+        frame.clear(&[(count, self.lights)]);
         let sum = frame.image("ambient_sum", vk::Format::R32G32B32A32_SFLOAT);
         let [r, g, b] = AMBIENT.map(|light| (light * SHARE).to_bits());
         let work = RasterWork {

@@ -71,7 +71,7 @@ fn reference_and_gpu_on_five_words_by_hand() {
 fn sizes_around_every_step() {
     let test = common::gpu();
     let block = 1024 * 256;
-    for count in [1, 2, 255, 256, 257, 1023, 1024, 1025, block - 1, block, block + 1, 300_000] {
+    for count in [1, 2, 255, 256, 257, 1023, 1024, 1025, block - 1, block, block + 1, 300_000, 1024 * 1024 + 1] {
         let bits = random_bits(count);
         compare::exact(&format!("ranks of {count} words"), &scan(&test, &bits), &exclusive_scan(&bits)).unwrap();
     }
@@ -81,7 +81,7 @@ fn sizes_around_every_step() {
 fn numbers_are_summed_as_they_are() {
     let test = common::gpu();
     assert_eq!(scan_as(&test, &[3, 0, 70_000, 1], true), [0, 3, 3, 70_003, 70_004]);
-    for count in [1023, 1024, 1025, 300_000] {
+    for count in [1023, 1024, 1025, 300_000, 1024 * 1024 + 1] {
         let values: Vec<u32> = random_bits(count).iter().map(|word| word % 100).collect();
         let sums: Vec<u32> = std::iter::once(0)
             .chain(values.iter().scan(0, |sum, value| {

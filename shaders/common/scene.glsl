@@ -37,7 +37,7 @@ struct Hit {
     uint bvh_triangle;
 };
 
-// Rust: gpu::scene_set::ROW_TEXELS in a row.
+// A row has 4,096 texels, as in gpu::word_image.
 ivec2 texel_place(uint i) {
     return ivec2(i & 4095u, i >> 12u);
 }

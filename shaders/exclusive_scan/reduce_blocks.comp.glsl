@@ -1,5 +1,5 @@
-// First of three steps of the exclusive prefix sum of set bits: the sum of each block of SCAN_BLOCK words.
-// One workgroup per block. Reduce-then-scan, which needs no forward-progress guarantee.
+// First of two steps of the exclusive prefix sum of set bits: the sum of each block of block_chunk_count * SCAN_CHUNK
+// words. One workgroup per block. Reduce-then-scan, which needs no forward-progress guarantee.
 #include "constants.glsl"
 #include "common/dispatch.glsl"
 layout(local_size_x = WORKGROUP_SIZE) in;
@@ -8,16 +8,17 @@ layout(set = 0, binding = 2, std430) writeonly buffer BlockSums { uint block_sum
 // The words [first_word, first_word + word_count) are scanned.
 #include "exclusive_scan/value.glsl"
 
-layout(push_constant) uniform Push { uint first_word; uint word_count; };
+layout(push_constant) uniform Push { uint first_word; uint word_count; uint block_chunk_count; };
 
 shared uint partial[WORKGROUP_SIZE];
 
 void main() {
     uint lane = gl_LocalInvocationID.x;
+    uint block_words = block_chunk_count * SCAN_CHUNK;
+    uint first = linear_group() * block_words;
     uint sum = 0u;
-    for (uint i = 0u; i < SCAN_BLOCK / WORKGROUP_SIZE; ++i) {
-        uint word = linear_group() * SCAN_BLOCK + i * WORKGROUP_SIZE + lane;
-        sum += word < word_count ? value_of(first_word + word) : 0u;
+    for (uint i = lane; i < block_words; i += WORKGROUP_SIZE) {
+        sum += first + i < word_count ? value_of(first_word + first + i) : 0u;
     }
     partial[lane] = sum;
     barrier();
@@ -27,9 +28,7 @@ void main() {
         }
         barrier();
     }
-    if (lane == 0u) {
-        if (linear_group() * SCAN_BLOCK < word_count) {
-            block_sums[linear_group()] = partial[0];
-        }
+    if (lane == 0u && first < word_count) {
+        block_sums[linear_group()] = partial[0];
     }
 }

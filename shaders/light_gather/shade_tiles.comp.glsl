@@ -20,8 +20,8 @@ layout(set = 0, binding = 6, std430) readonly buffer Occupancy { uint occupancy[
 layout(set = 0, binding = 7, std430) readonly buffer Ranks { uint ranks[]; };
 layout(set = 0, binding = 8, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D out_lighting;
-// overdraw[pixel]: candidates, counted in statistics frames only.
-layout(set = 0, binding = 10, std430) writeonly buffer Overdraw { uint overdraw[]; };
+// lights_tested[pixel]: candidates, counted in frames for statistics only.
+layout(set = 0, binding = 10, std430) writeonly buffer LightsTested { uint lights_tested[]; };
 #ifndef RESERVOIR_NONE
 // (light, key) per sample: the halves of the word that light_volumes keeps with exact reservoirs.
 layout(set = 0, binding = 11, std430) writeonly buffer Reservoirs { uvec2 reservoirs[]; };
@@ -138,7 +138,7 @@ void add_candidates(Pixel pixel, uint count, inout Gathered gathered) {
 void store(uvec2 fragment, Pixel pixel, uint tested, Gathered gathered) {
     imageStore(out_lighting, ivec2(fragment), gathered.lighting);
     if (COUNT_OVERDRAW != 0u) {
-        overdraw[pixel.index] = pixel.found ? tested : 0u;
+        lights_tested[pixel.index] = pixel.found ? tested : 0u;
     }
 #ifndef RESERVOIR_NONE
     for (uint i = 0u; i < SAMPLES; ++i) {

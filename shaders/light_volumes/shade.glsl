@@ -15,8 +15,8 @@ layout(set = 0, binding = 2, std430) readonly buffer Tiles { uint tiles[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Grid { GridPlacement grid; };
 layout(set = 0, binding = 4) uniform texture2D depth_image;
 layout(set = 0, binding = 5) uniform utexture2D normals_image;
-// overdraw[pixel]: fragments, counted in statistics frames only.
-layout(set = 0, binding = 6, std430) buffer Overdraw { uint overdraw[]; };
+// lights_tested[pixel]: fragments, counted in frames for statistics only.
+layout(set = 0, binding = 6, std430) buffer LightsTested { uint lights_tested[]; };
 #define RESERVOIR_BINDING 7
 #include "light_volumes/reservoir.glsl"
 #include "light_volumes/response.glsl"
@@ -63,6 +63,6 @@ vec4 shade(Surface surface, uint index, float radius, uint level) {
 
 void count_fragments(uint pixel_index, uint fragments) {
     if (COUNT_OVERDRAW != 0u) {
-        atomicAdd(overdraw[pixel_index], fragments);
+        atomicAdd(lights_tested[pixel_index], fragments);
     }
 }

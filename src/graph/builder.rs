@@ -93,6 +93,11 @@ impl<P> Pass<P> {
         self
     }
 
+    /// Uses one more resource without a descriptor.
+    pub fn declare(&mut self, resource: impl Into<Handle>, access: Access) {
+        self.uses.push(Use { resource: resource.into(), access, binding: None });
+    }
+
     /// Uses a resource without a descriptor: attachments, indirect arguments, copies.
     ///
     /// A resource used more than once in a pass counts as used in all those ways at once: if the pass writes it
@@ -174,6 +179,32 @@ impl<P> Graph<P> {
         PassId(self.passes.len() - 1)
     }
 
+    /// A pass that was added before, to declare more of it.
+    pub fn pass_mut(&mut self, pass: PassId) -> &mut Pass<P> {
+        &mut self.passes[pass.0]
+    }
+
+    /// Lays two chains of passes side by side, `first..second` and `second..` in the pass list: the first of each, then
+    /// the second of each, and so on. Passes that do not depend on each other then share their barriers. Ids of these
+    /// passes no longer hold.
+    ///
+    /// # Panics
+    /// When one chain uses what the other writes.
+    pub fn lay_side_by_side(&mut self, first: usize, second: usize) {
+        let second = self.passes.split_off(second);
+        let first = self.passes.split_off(first);
+        assert_independent(&first, &second);
+        let (mut first, mut second) = (first.into_iter(), second.into_iter());
+        loop {
+            let (one, other) = (first.next(), second.next());
+            if one.is_none() && other.is_none() {
+                return;
+            }
+            self.passes.extend(one);
+            self.passes.extend(other);
+        }
+    }
+
     /// Every resource; [`Handle::index`] is the position here.
     #[must_use]
     pub fn resources(&self) -> &[Resource] {
@@ -221,5 +252,15 @@ impl<P> Graph<P> {
     fn resource_slot(&mut self, name: &str, info: ResourceInfo, lifetime: Lifetime) -> usize {
         self.resources.push(Resource { name: name.to_owned(), info, lifetime });
         self.resources.len() - 1
+    }
+}
+
+fn assert_independent<P>(first: &[Pass<P>], second: &[Pass<P>]) {
+    let uses = |chain: &[Pass<P>]| chain.iter().flat_map(|pass| pass.uses.clone()).collect::<Vec<_>>();
+    let (first, second) = (uses(first), uses(second));
+    for one in &first {
+        let conflict =
+            |other: &&Use| one.resource == other.resource && (one.access.is_write() || other.access.is_write());
+        assert!(second.iter().find(conflict).is_none(), "two chains side by side share what one of them writes");
     }
 }

@@ -14,7 +14,7 @@ const MAX_THREADS: u32 = 64 * WORKGROUP_SIZE;
 pub fn add(frame: &mut Frame, lights: &Lights, shape: &LightShape) -> BufferHandle {
     let bounds = frame.graph.persistent_buffer("bounds", 32);
     let placement = frame.graph.persistent_buffer("grid_placement", size_of::<GridPlacement>() as u64);
-    frame.clear("bounds/clear", &[(bounds, 0)]);
+    frame.clear(&[(bounds, 0)]);
     let reduce = shader("bounds/reduce_bounds", threads(shape.light_capacity().min(MAX_THREADS)));
     let pass = frame
         .compute("bounds/reduce_bounds", reduce)

@@ -88,7 +88,7 @@ pub fn begin_grid(frame: &mut Frame, shape: &LghShape) -> GridLights {
         dispatches: frame.graph.persistent_buffer("level_dispatches", 12 * u64::from(2 * MAX_LEVEL + 2)),
         buckets: None,
     };
-    frame.clear("compaction/clear", &[(grid.occupancy, 0), (grid.level_table, 0)]);
+    frame.clear(&[(grid.occupancy, 0), (grid.level_table, 0)]);
     grid
 }
 

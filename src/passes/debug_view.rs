@@ -84,8 +84,8 @@ pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) ->
 pub fn show_lights_tested(frame: &mut Frame, lights_tested: BufferHandle) -> ImageHandle {
     let values = values_image(frame);
     let pass = frame
-        .compute("debug_view", shader("debug_view/show_overdraw", frame.per_pixel()))
-        .bind("overdraw", lights_tested, Access::ComputeRead)
+        .compute("debug_view", shader("debug_view/show_lights_tested", frame.per_pixel()))
+        .bind("lights_tested", lights_tested, Access::ComputeRead)
         .bind("out_values", values, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     values
@@ -209,7 +209,7 @@ pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMappe
     let scale = frame.graph.persistent_buffer("view_scale", 16);
     let map = color_map(view);
     if let Some(end) = map.map_or(Some(1.0), |map| map.end) {
-        frame.clear("debug_view/set_scale", &[(scale, end.to_bits())]);
+        frame.clear(&[(scale, end.to_bits())]);
     } else {
         let pass = frame
             .compute("debug_view/measure_scale", shader("debug_view/measure_scale", Dispatch::groups(1)))

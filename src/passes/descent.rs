@@ -39,7 +39,7 @@ pub fn add(
     let index_bits = shape.lights.light_capacity().next_power_of_two().trailing_zeros().max(1);
     let size = 4 * u64::from(REPRESENTATIVES) * u64::from(shape.grid_capacity);
     let representatives = frame.graph.persistent_buffer("representatives", size);
-    frame.clear("descent/clear", &[(representatives, u32::MAX)]);
+    frame.clear(&[(representatives, u32::MAX)]);
     let work = ComputeWork {
         push: vec![index_bits],
         ..shader("descent/draw_representatives", threads(shape.lights.light_capacity()))

@@ -1,9 +1,9 @@
-//! `exclusive_scan`: exclusive prefix sum of set bits, reduce-then-scan in three passes.
+//! `exclusive_scan`: exclusive prefix sum of set bits, reduce-then-scan in two passes.
 
 use super::{Frame, shader};
 use crate::gpu::{ComputeWork, Dispatch};
 use crate::graph::{Access, BufferHandle};
-use crate::shared::SCAN_BLOCK;
+use crate::shared::{SCAN_CHUNK, SCAN_MAX_BLOCKS};
 
 /// A range of words of bits, and where the ranks go.
 #[derive(Clone, Copy, Debug)]
@@ -22,32 +22,28 @@ pub struct ScanRange {
     pub values: bool,
 }
 
-/// Adds the three passes, named `exclusive_scan/<what>/...`.
+/// Adds the two passes, named `exclusive_scan/<what>/...`.
 pub fn add(frame: &mut Frame, what: &str, range: ScanRange) {
-    let block_count = range.word_count.div_ceil(SCAN_BLOCK);
+    let block_chunk_count = range.word_count.div_ceil(SCAN_CHUNK * SCAN_MAX_BLOCKS).max(1);
+    let block_count = range.word_count.div_ceil(SCAN_CHUNK * block_chunk_count).max(1);
     let sums = frame.graph.transient_buffer(&format!("scan_block_sums_{what}"), 4 * u64::from(block_count));
-    let push = vec![range.first_word, range.word_count];
-    let work = |name: &str, groups: u32| ComputeWork {
+    let push = vec![range.first_word, range.word_count, block_chunk_count];
+    let variant = if range.values { "_values" } else { "" };
+    let work = |step: &str| ComputeWork {
         push: push.clone(),
-        ..shader(&format!("exclusive_scan/{name}"), Dispatch::groups(groups))
+        ..shader(&format!("exclusive_scan/{step}{variant}"), Dispatch::groups(block_count))
     };
-    let variant = |name: &str| if range.values { format!("{name}_values") } else { name.to_owned() };
     let write_ranks = if range.keep_ranks { Access::ComputeReadWrite } else { Access::ComputeWrite };
     let name = |step: &str| format!("exclusive_scan/{what}/{step}");
     let reduce = frame
-        .compute(&name("reduce_blocks"), work(&variant("reduce_blocks"), block_count))
+        .compute(&name("reduce_blocks"), work("reduce_blocks"))
         .bind("bits", range.bits, Access::ComputeRead)
         .bind("block_sums", sums, Access::ComputeWrite);
     frame.graph.add_pass(reduce);
-    let scan_sums = frame
-        .compute(&name("scan_block_sums"), work("scan_block_sums", 1))
-        .bind("block_sums", sums, Access::ComputeReadWrite)
-        .bind("ranks", range.ranks, write_ranks);
-    frame.graph.add_pass(scan_sums);
     let scan = frame
-        .compute(&name("scan_blocks"), work(&variant("scan_blocks"), block_count))
+        .compute(&name("scan_blocks"), work("scan_blocks"))
         .bind("bits", range.bits, Access::ComputeRead)
         .bind("block_sums", sums, Access::ComputeRead)
-        .bind("ranks", range.ranks, Access::ComputeReadWrite);
+        .bind("ranks", range.ranks, write_ranks);
     frame.graph.add_pass(scan);
 }

@@ -20,7 +20,7 @@ pub fn add(
     last: u32,
 ) {
     let moments = declare_moments(frame, shape);
-    frame.clear("grid_scatter/clear", &[(moments, 0)]);
+    frame.clear(&[(moments, 0)]);
     for level in 1..=last {
         let work = ComputeWork {
             push: vec![level],

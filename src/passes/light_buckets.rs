@@ -31,7 +31,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: Buff
         starts: frame.graph.transient_buffer("light_bucket_starts", 4 * u64::from(capacity + 1)),
         lights: frame.graph.transient_buffer("light_bucket_lights", 4 * u64::from(capacity)),
     };
-    frame.clear("light_buckets/clear", &[(listed.cells, 0), (counts, 0)]);
+    frame.clear(&[(listed.cells, 0), (counts, 0)]);
     let per_light = |frame: &Frame, step: &str| {
         let name = format!("light_buckets/{step}");
         frame

@@ -47,7 +47,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, inputs: &Inpu
         .bind("ranks", grid.ranks, Access::ComputeRead)
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("out_lighting", lighting.image, Access::ComputeWrite)
-        .bind("overdraw", lighting.lights_tested, Access::ComputeWrite);
+        .bind("lights_tested", lighting.lights_tested, Access::ComputeWrite);
     if let Some(reservoirs) = lighting.reservoirs {
         pass = pass.bind("reservoirs", reservoirs, Access::ComputeWrite);
     }

@@ -49,7 +49,7 @@ pub fn add(
     let Lighting { image, reservoirs, lights_tested } = declare(frame, shape, shape.lighting_format);
     let mut cleared = vec![(lights_tested, 0)];
     cleared.extend(reservoirs.map(|r| (r, empty_word(shape.reservoir))));
-    frame.clear("light_volumes/clear", &cleared);
+    frame.clear_here("light_volumes/clear", &cleared);
     let work = RasterWork {
         colors: vec![ColorTarget { image, clear: Some([0; 4]) }],
         depth: Some(DepthTarget { image: depth, clear: None, write: false }),
@@ -66,7 +66,7 @@ pub fn add(
         .bind("tiles", merged.sub_images, Access::GraphicsRead)
         .bind("grid", placement, Access::GraphicsRead)
         .bind("normals_image", gbuffer.normals, Access::FragmentSampled)
-        .bind("overdraw", lights_tested, Access::FragmentReadWrite)
+        .bind("lights_tested", lights_tested, Access::FragmentReadWrite)
         .uses(merged.draws, Access::IndirectRead)
         .uses(image, Access::ColorAttachmentWrite);
     pass = if depth == gbuffer.depth {

@@ -33,7 +33,7 @@ pub mod vpl_trace;
 use ash::vk;
 
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
-use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
+use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass, PassId};
 use crate::settings::{Rays, Settings, View};
 use crate::shader::spirv;
 use crate::shared::FrameData;
@@ -83,26 +83,54 @@ pub struct Frame {
     pub ray_count: BufferHandle,
     /// What every frame has.
     pub shape: FrameShape,
+    /// The pass that everything else follows.
+    setup: PassId,
 }
 
 impl Frame {
-    /// Starts a frame with the pass that writes its constants.
+    /// Starts a frame with the pass that writes its constants and clears its buffers.
     #[must_use]
     pub fn new(shape: FrameShape) -> Self {
         let mut graph = Graph::new();
         let data = graph.transient_buffer("frame_data", size_of::<FrameData>() as u64);
         let ray_count = graph.persistent_buffer("ray_count", 16);
         let ops = vec![TransferOp::FrameData { buffer: data }, TransferOp::Fill { buffer: ray_count, value: 0 }];
-        graph.add_pass(
+        let setup = graph.add_pass(
             Pass::new("frame_setup", Work::Transfer(ops))
                 .uses(data, Access::TransferWrite)
                 .uses(ray_count, Access::TransferWrite),
         );
-        Self { graph, data, ray_count, shape }
+        Self { graph, data, ray_count, shape, setup }
+    }
+
+    /// Fills buffers with a word each at the start of the frame, where all clears share one barrier. Transient buffers
+    /// live from there on: large ones are better cleared by [`Self::clear_here`].
+    pub fn clear(&mut self, buffers: &[(BufferHandle, u32)]) {
+        let setup = self.graph.pass_mut(self.setup);
+        for (buffer, value) in buffers {
+            setup.declare(*buffer, Access::TransferWrite);
+            if let Work::Transfer(ops) = &mut setup.payload {
+                ops.push(TransferOp::Fill { buffer: *buffer, value: *value });
+            }
+        }
+    }
+
+    /// Adds two chains of passes that do not depend on each other, and lays them side by side, so that they share barriers.
+    pub fn side_by_side<A, B>(
+        &mut self,
+        add_first: impl FnOnce(&mut Self) -> A,
+        add_second: impl FnOnce(&mut Self) -> B,
+    ) -> (A, B) {
+        let first = self.graph.passes().len();
+        let added_first = add_first(self);
+        let second = self.graph.passes().len();
+        let added_second = add_second(self);
+        self.graph.lay_side_by_side(first, second);
+        (added_first, added_second)
     }
 
     /// Adds a pass that fills buffers with a word each.
-    pub fn clear(&mut self, name: &str, buffers: &[(BufferHandle, u32)]) {
+    pub fn clear_here(&mut self, name: &str, buffers: &[(BufferHandle, u32)]) {
         let ops = buffers.iter().map(|(buffer, value)| TransferOp::Fill { buffer: *buffer, value: *value }).collect();
         let pass = Pass::new(name, Work::Transfer(ops));
         let pass = buffers.iter().fold(pass, |pass, (buffer, _)| pass.uses(*buffer, Access::TransferWrite));

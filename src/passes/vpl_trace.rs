@@ -23,7 +23,7 @@ pub fn add(frame: &mut Frame, shape: &LightShape) -> VplSlots {
     let positions = frame.graph.transient_buffer("vpl_slot_positions", 16 * u64::from(count));
     let fluxes = frame.graph.transient_buffer("vpl_slot_fluxes", 16 * u64::from(count));
     let bits = frame.graph.transient_buffer("vpl_slot_bits", 4 * u64::from(count.div_ceil(32)));
-    frame.clear("vpl_trace/clear", &[(bits, 0)]);
+    frame.clear(&[(bits, 0)]);
     let work = frame.ray_shader("vpl_trace/trace_paths", threads(shape.path_count));
     let pass = frame
         .compute("vpl_trace", work)

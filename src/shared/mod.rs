@@ -58,8 +58,10 @@ shared_constants! {
     MAX_SHADOW_SAMPLES = 16;
     /// Tiles that one dispatch of a reference technique covers: 4,096 pixels.
     REFERENCE_TILES = 64;
-    /// Words that one workgroup of the exclusive scan covers.
-    SCAN_BLOCK = 1024;
+    /// Words that one workgroup of the exclusive scan covers at a time.
+    SCAN_CHUNK = 1024;
+    /// Most blocks of an exclusive scan: each adds up the sums of those before it.
+    SCAN_MAX_BLOCKS = 1024;
     /// Light kind in `PunctualLight`.
     LIGHT_DIRECTIONAL = 0;
     /// Light kind in `PunctualLight`.

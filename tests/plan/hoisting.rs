@@ -118,3 +118,35 @@ fn memory_is_taken_over_after_its_last_owner() {
     assert_eq!(takeovers, [true, false, true, false]);
     assert_eq!(plan.batch_count(), 3);
 }
+
+/// Two chains of two and three passes over a buffer each; the second one's last pass uses `shared`.
+fn two_chains(shared: bool) -> Frame {
+    let mut frame = Graph::new();
+    let [one, other] = ["one", "other"].map(|name| frame.persistent_buffer(name, 64));
+    for name in ["one 1", "one 2"] {
+        frame.add_pass(pass(name).bind(0, one, Access::ComputeReadWrite));
+    }
+    for name in ["other 1", "other 2"] {
+        frame.add_pass(pass(name).bind(0, other, Access::ComputeReadWrite));
+    }
+    let last = if shared { one } else { other };
+    frame.add_pass(pass("other 3").bind(0, last, Access::ComputeRead));
+    frame
+}
+
+#[test]
+fn chains_side_by_side_share_their_batches() {
+    let mut frame = two_chains(false);
+    assert_eq!(hoisted(&frame).batch_count(), 4);
+    frame.lay_side_by_side(0, 2);
+    let plan = hoisted(&frame);
+    let names: Vec<_> = plan.passes.iter().map(|pass| pass.name.as_str()).collect();
+    assert_eq!(names, ["one 1", "other 1", "one 2", "other 2", "other 3"]);
+    assert_eq!(plan.batch_count(), 3);
+}
+
+#[test]
+#[should_panic(expected = "share what one of them writes")]
+fn chains_that_depend_on_each_other_do_not_go_side_by_side() {
+    two_chains(true).lay_side_by_side(0, 2);
+}

@@ -31,12 +31,7 @@ pub const TABLE: &[Entry] = &[
         "Shading and geometric normal of the visible surface, octahedral.",
     ),
     image("gbuffer_depth", "near / view z", DEPTH, "Reversed depth of the visible surface, 0 where there is none."),
-    buffer(
-        "scan_block_sums_*",
-        COUNT,
-        all_words,
-        "Set bits of each block of words, after the second step those of all blocks before it.",
-    ),
+    buffer("scan_block_sums_*", COUNT, all_words, "Set bits of each block of words."),
     image("direct", RADIANCE, RGBA, "Outgoing radiance due to direct light, shadows included."),
     image("radiance", RADIANCE, RGBA, "The frame in linear radiance; A is the share of its samples that was taken."),
     image(

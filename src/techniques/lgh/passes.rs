@@ -46,10 +46,10 @@ impl HierarchyOutputs {
 
 /// All passes of a finished picture.
 pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Added {
-    let mut hierarchy = add_hierarchy(frame, shape);
+    let mut hierarchy = add_hierarchy(frame, shape, shape.lights.shadow_samples > 0);
     let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
     let shadows = lit.lighting.reservoirs.map(|_| {
-        let estimates = trace_shadows(frame, shape, gbuffer, &mut hierarchy, &lit);
+        let estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
         filter_shadows(frame, shape, gbuffer, &lit, estimates)
     });
     let indirect = Indirect { lighting: lit.composite.lighting, shadows, has_share: false };
@@ -64,22 +64,23 @@ pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Add
 pub fn build_hierarchy(frame: FrameShape, shape: &LghShape) -> (Graph<Work>, HierarchyOutputs) {
     let mut frame = Frame::new(frame);
     let lights = compaction::declare_lights(&mut frame, &shape.lights);
-    let mut hierarchy = add_grids(&mut frame, shape, lights);
-    hierarchy.descent = add_descent(&mut frame, shape, &hierarchy);
+    let hierarchy = add_grids(&mut frame, shape, lights, true);
     (frame.graph, hierarchy)
 }
 
-/// Traces the light paths and builds the hierarchy over their lights.
-pub(super) fn add_hierarchy(frame: &mut Frame, shape: &LghShape) -> HierarchyOutputs {
+/// Traces the light paths and builds the hierarchy over their lights, with what shadow rays need of it if they are traced.
+pub(super) fn add_hierarchy(frame: &mut Frame, shape: &LghShape, for_shadows: bool) -> HierarchyOutputs {
     let lights = many_lights::add_lights(frame, &shape.lights);
-    add_grids(frame, shape, lights)
+    add_grids(frame, shape, lights, for_shadows)
 }
 
-fn add_grids(frame: &mut Frame, shape: &LghShape, lights: Lights) -> HierarchyOutputs {
+fn add_grids(frame: &mut Frame, shape: &LghShape, lights: Lights, for_shadows: bool) -> HierarchyOutputs {
     let placement = bounds::add(frame, &lights, &shape.lights);
     let grid = construct(frame, shape, &lights, placement);
+    let descend = for_shadows && shape.shadow_points == ShadowPoints::Descent;
+    let descent = descend.then(|| descent::add(frame, shape, &lights, placement, &grid));
     let merged = merge::add(frame, shape, &lights, placement, &grid);
-    HierarchyOutputs { lights, placement, grid, merged, descent: None, lights_tested: None }
+    HierarchyOutputs { lights, placement, grid, merged, descent, lights_tested: None }
 }
 
 /// The unshadowed lighting, as it was summed and put together.
@@ -119,10 +120,9 @@ pub(super) fn trace_shadows(
     frame: &mut Frame,
     shape: &LghShape,
     gbuffer: &GBuffer,
-    hierarchy: &mut HierarchyOutputs,
+    hierarchy: &HierarchyOutputs,
     lit: &Lit,
 ) -> ShadowEstimates {
-    hierarchy.descent = add_descent(frame, shape, hierarchy);
     shadow_rays::add(frame, shape, gbuffer, &samples(hierarchy, lit))
 }
 
@@ -148,33 +148,30 @@ pub(super) fn filter_shadows(
     }
 }
 
-/// Adds the descent passes when shadow rays need them.
-fn add_descent(frame: &mut Frame, shape: &LghShape, hierarchy: &HierarchyOutputs) -> Option<Descent> {
-    let HierarchyOutputs { lights, placement, grid, .. } = hierarchy;
-    match shape.shadow_points {
-        ShadowPoints::Descent => Some(descent::add(frame, shape, lights, *placement, grid)),
-        ShadowPoints::Deviation => None,
-    }
-}
-
 /// The grids: S1 from the lights, the rest by gather, or everything by scatter.
 pub fn construct(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: BufferHandle) -> GridLights {
     let top = shape.levels.top;
     let mut grid = compaction::begin_grid(frame, shape);
     match shape.build {
         LevelBuild::Cascade | LevelBuild::Gather => {
-            compaction::mark_lights(frame, shape, lights, placement, &grid, 1, 1);
-            compaction::compact_levels(frame, shape, "S1", &grid, 1, 1);
+            let compact = |frame: &mut Frame| {
+                compaction::mark_lights(frame, shape, lights, placement, &grid, 1, 1);
+                compaction::compact_levels(frame, shape, "S1", &grid, 1, 1);
+                compaction::mark_grid_lights(frame, &grid);
+                compaction::compact_levels(frame, shape, "upper", &grid, 2, top);
+            };
             match shape.scatter {
                 FirstLevelBuild::Sorted => {
-                    let buckets = light_buckets::add(frame, shape, lights, placement);
+                    let list = |frame: &mut Frame| light_buckets::add(frame, shape, lights, placement);
+                    let ((), buckets) = frame.side_by_side(compact, list);
                     first_level::add_sorted(frame, shape, lights, placement, &grid, &buckets);
                     grid.buckets = Some(buckets);
                 }
-                FirstLevelBuild::Atomic => first_level::add(frame, shape, lights, placement, &grid, 1),
+                FirstLevelBuild::Atomic => {
+                    compact(frame);
+                    first_level::add(frame, shape, lights, placement, &grid, 1);
+                }
             }
-            compaction::mark_grid_lights(frame, &grid);
-            compaction::compact_levels(frame, shape, "upper", &grid, 2, top);
             grid_gather::add(frame, shape, placement, &grid);
         }
         LevelBuild::Scatter => {

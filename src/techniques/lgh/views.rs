@@ -38,7 +38,7 @@ fn shown(shape: &LghShape, values: ImageHandle, picture: ToneMapped, hierarchy: 
 }
 
 fn light_sums(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) -> AddedView {
-    let hierarchy = add_hierarchy(frame, shape);
+    let hierarchy = add_hierarchy(frame, shape, false);
     let HierarchyOutputs { placement, merged, .. } = &hierarchy;
     let shares = view == View::LevelWeights;
     let sums = debug_view::sum_lights(frame, shape, gbuffer, *placement, merged, shares);
@@ -48,7 +48,8 @@ fn light_sums(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View
 
 /// The views that need the lighting of the pixels.
 fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) -> AddedView {
-    let mut hierarchy = add_hierarchy(frame, shape);
+    let for_shadows = matches!(view, View::ShadowRatio | View::ShadowRatioFiltered);
+    let mut hierarchy = add_hierarchy(frame, shape, for_shadows);
     let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
     let values = match (view, lit.lighting.reservoirs) {
         (View::LightsTested, _) => debug_view::show_lights_tested(frame, lit.lighting.lights_tested),
@@ -56,7 +57,7 @@ fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) 
             debug_view::show_chosen_levels(frame, shape, &hierarchy.merged, reservoirs)
         }
         (View::ShadowRatio | View::ShadowRatioFiltered, Some(_)) => {
-            let mut estimates = trace_shadows(frame, shape, gbuffer, &mut hierarchy, &lit);
+            let mut estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
             if view == View::ShadowRatioFiltered {
                 estimates = filter_shadows(frame, shape, gbuffer, &lit, estimates);
             }

@@ -1,0 +1,62 @@
+//! How the default frame is cut by barriers: few batches, and what is cleared is cleared together.
+
+mod common;
+
+use common::rooms::furnished_room;
+use gridlight::gpu::{TransferOp, Work};
+use gridlight::graph::{Graph, Plan};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
+use gridlight::settings::{LightingMode, Settings, Size};
+
+/// Barrier batches that the default frame may have.
+const MOST_BATCHES: usize = 40;
+
+fn settings() -> Settings {
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 64, height: 48 };
+        s.many_lights.vpls = 20_000;
+    })
+}
+
+fn with_frame(settings: &Settings, check: impl FnOnce(&Graph<Work>, &Plan)) {
+    let test = common::gpu();
+    let scene = furnished_room();
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
+    check(renderer.executor().graph(), renderer.executor().plan());
+}
+
+/// Passes that fill buffers, and the fills in them.
+fn fills(graph: &Graph<Work>) -> (usize, usize) {
+    let counts = graph.passes().iter().map(|pass| match &pass.payload {
+        Work::Transfer(ops) => ops.iter().filter(|op| matches!(op, TransferOp::Fill { .. })).count(),
+        _ => 0,
+    });
+    let counts: Vec<usize> = counts.filter(|count| *count > 0).collect();
+    (counts.len(), counts.iter().sum())
+}
+
+#[test]
+fn the_default_frame_has_few_batches_of_barriers() {
+    with_frame(&settings(), |graph, plan| {
+        let (filling, fill_count) = fills(graph);
+        println!(
+            "{} passes, {} batches, {} barriers, {fill_count} fills in {filling} passes",
+            graph.passes().len(),
+            plan.batch_count(),
+            plan.barrier_count()
+        );
+        assert!(plan.batch_count() <= MOST_BATCHES, "{} batches", plan.batch_count());
+        assert_eq!(filling, 1, "all buffers are cleared in one pass");
+        assert_eq!(fill_count, 8);
+    });
+}
+
+#[test]
+fn buffers_of_the_size_of_the_picture_are_cleared_where_they_are_used() {
+    let settings = settings().changed(|s| s.lgh.lighting = Some(LightingMode::Volumes));
+    with_frame(&settings, |graph, plan| {
+        assert!(plan.batch_count() <= MOST_BATCHES, "{} batches", plan.batch_count());
+        assert_eq!(fills(graph).0, 2);
+    });
+}

@@ -73,7 +73,9 @@ void main() {
         return;
     }
     int n = int(interleave());
-    ivec2 axis = AXIS == 0u ? ivec2(1, 0) : ivec2(0, 1);
+    // No `?:` between vectors: lavapipe (Mesa 22.3) takes another component's side where the condition is a constant of the
+    // pipeline, and blurred along the diagonal.
+    ivec2 axis = ivec2(1 - int(AXIS), int(AXIS));
     int back = reach(pixel, axis, -1);
     int ahead = reach(pixel, axis, 1);
     // n + 1 pixels with half weight at both ends, or near an edge n pixels shifted to one side: either way every

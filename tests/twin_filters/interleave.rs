@@ -223,7 +223,7 @@ fn edges_and_blur_are_their_formulas() {
         for (size, n) in SIZES.into_iter().flat_map(|size| [2, 4].map(|n| (size, n))) {
             let frame = Frame::of(&test, &scene, &settings(size, n));
             check_edges(&frame, LIMITS).unwrap_or_else(|e| panic!("{name}, {size}, n {n}: {e}"));
-            for (what, axis) in IMAGES.map(|what| (what, 1)) {
+            for (what, axis) in IMAGES.into_iter().flat_map(|what| [(what, 0), (what, 1)]) {
                 let verdict = check_blur(&Blur::of(&frame, what, axis), what);
                 verdict.unwrap_or_else(|e| panic!("{name}, {size}, n {n}: {e}"));
             }

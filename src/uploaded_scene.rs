@@ -98,6 +98,12 @@ impl UploadedScene {
         self.set.read_back(gpu)
     }
 
+    /// The scene's parts on the device, for executors of other graphs.
+    #[must_use]
+    pub fn set(&self) -> &Arc<SceneSet> {
+        &self.set
+    }
+
     /// Punctual lights of the scene.
     #[must_use]
     pub fn light_count(&self) -> u32 {

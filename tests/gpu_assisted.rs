@@ -93,7 +93,7 @@ fn frames_under_validation() {
 fn planted_fault() {
     use_split_shaders();
     let gpu = Gpu::new(&GpuOptions { select: None, validation: true, ..GpuOptions::default() }).unwrap();
-    let mut frame = Frame::new(common::hierarchy::frame_shape());
+    let mut frame = Frame::without_scene(common::hierarchy::frame_shape());
     let bits = frame.graph.persistent_buffer("bits", 4 * 5000);
     let ranks = frame.graph.persistent_buffer("ranks", 4 * 4000);
     let range = ScanRange { bits, ranks, first_word: 0, word_count: 5000, keep_ranks: true, values: false };

@@ -29,7 +29,7 @@ fn any_shape() -> LghShape {
 
 /// Ranks of `bits` on the GPU, or sums where they are `values`.
 fn scan_as(test: &common::GpuTest, bits: &[u32], values: bool) -> Vec<u32> {
-    let mut frame = Frame::new(frame_shape());
+    let mut frame = Frame::without_scene(frame_shape());
     let bytes = 4 * (BEFORE + bits.len() + 1) as u64;
     let input = frame.graph.persistent_buffer("bits", bytes);
     let ranks = frame.graph.persistent_buffer("ranks", bytes);

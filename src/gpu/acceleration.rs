@@ -24,14 +24,14 @@ pub(super) const BUILD_INPUT: vk::BufferUsageFlags = vk::BufferUsageFlags::from_
 pub(super) struct Acceleration {
     top: Structure,
     /// The top structure refers to it.
-    _bottom: Structure,
+    bottom: Structure,
 }
 
 /// One structure with its memory.
 struct Structure {
     raw: vk::AccelerationStructureKHR,
     gpu: Arc<Device>,
-    _buffer: Buffer,
+    buffer: Buffer,
 }
 
 impl Drop for Structure {
@@ -73,7 +73,12 @@ impl Acceleration {
             .geometry(vk::AccelerationStructureGeometryDataKHR { instances: data })];
         let kind = vk::AccelerationStructureTypeKHR::TOP_LEVEL;
         let top = Structure::build(gpu, "top structure", kind, &instances, &[1])?;
-        Ok(Self { top, _bottom: bottom })
+        Ok(Self { top, bottom })
+    }
+
+    /// The buffers that hold the top and the bottom structure.
+    pub fn buffers(&self) -> [&Buffer; 2] {
+        [&self.top.buffer, &self.bottom.buffer]
     }
 
     pub fn bound(&self) -> Bound {
@@ -175,7 +180,7 @@ impl Structure {
         // SAFETY: the buffer has the size and the usage; the structure is destroyed before it.
         let raw = check(name, unsafe { functions(gpu)?.create_acceleration_structure(&info, None) })?;
         gpu.set_name(raw, name);
-        Ok(Self { raw, gpu: Arc::clone(gpu), _buffer: buffer })
+        Ok(Self { raw, gpu: Arc::clone(gpu), buffer })
     }
 
     fn address(&self) -> Result<vk::DeviceAddress> {

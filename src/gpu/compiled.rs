@@ -14,14 +14,15 @@ use super::pipelines::Pipelines;
 use super::resources::{Physical, Resources, aspect};
 use super::scene_set::SceneSet;
 use super::transfer;
-use super::work::{RasterWork, Work};
+use super::work::{RasterWork, TransferOp, Work};
 use crate::error::{Error, Result};
-use crate::graph::{Graph, Handle, ImageHandle, Pass, Plan, Use, plan};
+use crate::graph::{Graph, Handle, ImageHandle, Lifetime, Pass, Plan, Use, plan};
 use crate::shader::interface::BindingKind;
 
 /// A pass ready to record.
 pub(super) struct CompiledPass {
     pub pipelines: Vec<Arc<Pipeline>>,
+    /// One, or one for each place of the pairs that it uses.
     pub sets: Sets,
 }
 
@@ -32,6 +33,12 @@ pub(super) struct CompiledFrame {
     pub resources: Resources,
     pub passes: Vec<CompiledPass>,
     pub scene: Option<Arc<SceneSet>>,
+    /// New contents of the scene's lights, for the next frame.
+    pub light_update: Option<Vec<u8>>,
+    /// Whether a frame has begun.
+    begun: bool,
+    /// Whether the next frame finds something in what its history has of the frame before.
+    pub history_is_valid: bool,
     pub gpu: Arc<Device>,
 }
 
@@ -43,12 +50,63 @@ impl CompiledFrame {
     pub fn new(gpu: &Gpu, graph: Graph<Work>, scene: Option<Arc<SceneSet>>) -> Result<Self> {
         let mut plan = plan(&graph).map_err(|e| Error::Failure(format!("frame graph: {e}")))?;
         check_interfaces(&graph)?;
-        let resources = Resources::new(gpu, &graph, &mut plan)?;
-        let mut frame = Self { graph, plan, resources, passes: Vec::new(), scene, gpu: Arc::clone(gpu) };
+        let resources = Resources::new(gpu, &graph, &mut plan, scene.as_deref())?;
+        let (passes, gpu_kept) = (Vec::new(), Arc::clone(gpu));
+        let mut frame = Self {
+            graph,
+            plan,
+            resources,
+            passes,
+            scene,
+            light_update: None,
+            begun: false,
+            history_is_valid: false,
+            gpu: gpu_kept,
+        };
         let compile = |pass| frame.compile_pass(&gpu.pipelines, pass);
         frame.passes = frame.graph.passes().par_iter().map(compile).collect::<Result<_>>()?;
         frame.initial_layouts()?;
         Ok(frame)
+    }
+
+    /// Begins a frame: from the second on, what the one before wrote is what this one has of it.
+    pub fn begin(&mut self) {
+        if self.begun {
+            self.resources.change_places();
+        }
+        (self.begun, self.history_is_valid) = (true, true);
+    }
+
+    /// Brings what the last frame has read of the one before into the layouts in which that frame began; waits. The
+    /// last frame can then be recorded once more.
+    pub fn rewind_history(&self) -> Result<()> {
+        let read = self.plan.initial.iter().filter(|(image, _)| self.begun && self.is_previous(*image));
+        let layouts: Vec<_> = read.map(|&(image, layout)| (image, self.final_layout(image), layout)).collect();
+        if layouts.iter().all(|(_, left, layout)| left == layout) {
+            return Ok(());
+        }
+        transfer::submit_once(&self.gpu, |commands| {
+            for (image, left, layout) in layouts {
+                let (raw, _, info) = self.resources.image(image);
+                transfer::image_layout(&self.gpu, commands, raw, aspect(&info), left, layout);
+            }
+        })
+    }
+
+    fn is_previous(&self, image: ImageHandle) -> bool {
+        matches!(self.graph.resources()[Handle::from(image).index()].lifetime, Lifetime::Previous { .. })
+    }
+
+    /// The buffer, and its size in bytes, that new lights of the scene are written to.
+    pub fn lights_target(&self) -> Option<(vk::Buffer, u64)> {
+        let lights = |op: &TransferOp| match op {
+            TransferOp::SceneLights { buffer } => Some(self.resources.buffer(*buffer)),
+            _ => None,
+        };
+        self.graph.passes().iter().find_map(|pass| match &pass.payload {
+            Work::Transfer(ops) => ops.iter().find_map(lights),
+            _ => None,
+        })
     }
 
     /// Layout in which the frame leaves an image: that of its last use.
@@ -74,7 +132,12 @@ impl CompiledFrame {
             Work::Compute(_) => vk::ShaderStageFlags::COMPUTE,
             _ => vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
         };
-        let sets = Sets::new(&self.gpu, &pass.name, stages, &[self.bindings(pass)?])?;
+        let partner = |used: &Use| self.graph.resources()[used.resource.index()].lifetime.partner();
+        let mut contents = vec![self.bindings(pass, |used| used.resource)?];
+        if pass.uses.iter().any(|used| partner(used).is_some()) {
+            contents.push(self.bindings(pass, |used| partner(used).unwrap_or(used.resource))?);
+        }
+        let sets = Sets::new(&self.gpu, &pass.name, stages, &contents)?;
         let pipelines = match &pass.payload {
             Work::Compute(work) => {
                 let layouts = self.set_layouts(&sets, work.uses_scene, false)?;
@@ -107,10 +170,11 @@ impl CompiledFrame {
         Ok(layouts)
     }
 
-    fn bindings(&self, pass: &Pass<Work>) -> Result<Vec<(u32, Bound)>> {
+    /// What a pass's bindings point at, with what is in the place of each resource.
+    fn bindings(&self, pass: &Pass<Work>, place: impl Fn(&Use) -> Handle) -> Result<Vec<(u32, Bound)>> {
         let bound = |used: &Use| {
             let kind = self.graph.resources()[used.resource.index()].info.kind();
-            match (self.resources.list[used.resource.index()], kind_of(used.access, kind)) {
+            match (self.resources.list[place(used).index()], kind_of(used.access, kind)) {
                 (Physical::Buffer { raw, size_bytes }, BindingKind::UniformBuffer) => {
                     Bound::Uniform { buffer: raw, size_bytes }
                 }

@@ -23,9 +23,6 @@ use super::work::Work;
 use crate::error::{Error, Result};
 use crate::graph::{BufferHandle, Graph, ImageHandle, Plan};
 
-/// Bytes that one command may write to a buffer.
-const UPDATE_BYTES: usize = 65_536;
-
 /// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
 /// `tools/bench honesty` compares the timestamps with.
 const SPLIT_SUBMITS: &str = "GRIDLIGHT_SPLIT_SUBMITS";
@@ -86,8 +83,6 @@ pub struct Executor {
     max_submit_ms: f64,
     /// Times of the passes of the last frame that was waited for.
     last_ms: Vec<f64>,
-    /// New contents of the scene's lights, for the next frame.
-    light_update: Option<Vec<u8>>,
     /// Frames submitted so far.
     frames: u64,
     split_submits: bool,
@@ -116,7 +111,6 @@ impl Executor {
             timeline: Timeline::new(gpu)?,
             max_submit_ms: f64::INFINITY,
             last_ms: Vec::new(),
-            light_update: None,
             frames: 0,
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
@@ -148,6 +142,18 @@ impl Executor {
     #[must_use]
     pub fn memory(&self) -> MemoryUse {
         self.frame.resources.memory
+    }
+
+    /// Whether the next frame finds, in what its history has of the frame before, something that belongs there:
+    /// neither in the first frame nor after a cut.
+    #[must_use]
+    pub fn history_is_valid(&self) -> bool {
+        self.frame.history_is_valid
+    }
+
+    /// What comes next has nothing to do with what was before: the next frame's history is not valid.
+    pub fn invalidate_history(&mut self) {
+        self.frame.history_is_valid = false;
     }
 
     /// Records and submits one frame. Blocks only when both frames in flight are still busy.
@@ -190,24 +196,33 @@ impl Executor {
         let slot = self.frames as usize % self.slots.len();
         self.explain(self.timeline.wait(self.slots[slot].busy_until))?;
         let submitted = Instant::now();
+        self.frame.begin();
         self.frame.resources.use_slot(slot);
         let ran = if self.split_submits && !matches!(policy, Policy::Batched { shown: Some(_), .. }) {
             self.run(slot, frame_data, Policy::PassByPass { visit: &mut |_| Ok(()) })
         } else {
             self.run(slot, frame_data, policy)
         };
-        self.light_update = None;
+        self.frame.light_update = None;
         self.frames += 1;
         // A frame that failed may have submitted a part.
         self.slots[slot].busy_until = self.timeline.last();
         Ok(FrameTicket { slot, submitted, ran: ran? })
     }
 
-    /// Writes the start of the scene's lights with the next frame, after what earlier frames read of them. No more
-    /// than [`UPDATE_BYTES`] are taken.
-    pub fn update_lights(&mut self, mut bytes: Vec<u8>) {
-        bytes.truncate(UPDATE_BYTES);
-        self.light_update = Some(bytes);
+    /// Writes the start of the scene's lights with the next frame, in the pass that has
+    /// [`TransferOp::SceneLights`](super::TransferOp::SceneLights).
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when there are more than the scene has room for, or no pass writes them.
+    pub fn update_lights(&mut self, bytes: Vec<u8>) -> Result<()> {
+        let room_bytes = self.frame.lights_target().map_or(0, |(_, size_bytes)| size_bytes);
+        if bytes.len() as u64 > room_bytes {
+            let what = format!("{} bytes of lights do not fit into the scene's {room_bytes}", bytes.len());
+            return Err(Error::Failure(what));
+        }
+        self.frame.light_update = Some(bytes);
+        Ok(())
     }
 
     /// Whether a frame has completed.
@@ -273,7 +288,6 @@ impl Executor {
             slot: &self.slots[slot],
             last_ms: &self.last_ms,
             frame_data,
-            lights: self.light_update.as_deref(),
             planted_loss: self.planted_loss,
         };
         self.explain(runner::run(given, policy))

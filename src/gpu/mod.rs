@@ -51,7 +51,7 @@ pub use panel::{PanelPainter, PanelPicture};
 pub use readback::{SceneBytes, Written};
 pub use resources::MemoryUse;
 pub use runner::OnStep;
-pub use scene_set::{SceneData, SceneSet};
+pub use scene_set::{SceneData, ScenePart, SceneSet};
 #[cfg(feature = "window")]
 pub use surface::{Surface, WindowSource};
 #[cfg(feature = "window")]

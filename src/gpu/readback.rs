@@ -38,7 +38,8 @@ pub struct SceneBytes {
 }
 
 impl Executor {
-    /// Runs one frame pass by pass, each waited for, and gives `visit` every pass's index with what it wrote.
+    /// Runs the last frame once more, pass by pass, each waited for, and gives `visit` every pass's index with what it
+    /// wrote. Pairs of its history keep their places, so that it writes what it wrote before.
     /// Buffers that a pass only clears for a later one are left out.
     ///
     /// # Errors
@@ -49,6 +50,7 @@ impl Executor {
         mut visit: impl FnMut(usize, Vec<Written>) -> Result<()>,
     ) -> Result<()> {
         self.gpu.wait_idle()?;
+        self.frame.rewind_history()?;
         let mut read = |index| {
             let written = self.shown_after(index).into_iter().map(|used| self.read_after(used));
             visit(index, written.collect::<Result<_>>()?)
@@ -69,6 +71,13 @@ impl Executor {
             }
             _ => false,
         };
+        // New lights of the scene come between frames, and a dump has the scene's parts apart.
+        let is_scene_update = |resource: Handle| match &pass.payload {
+            Work::Transfer(ops) => ops
+                .iter()
+                .any(|op| matches!(op, TransferOp::SceneLights { buffer } if Handle::from(*buffer) == resource)),
+            _ => false,
+        };
         let continued = |resource: Handle| {
             let image = matches!(self.frame.graph.resources()[resource.index()].info, ResourceInfo::Image(_));
             let mut next = passes.get(index + 1).into_iter().flat_map(|p| &p.uses);
@@ -77,7 +86,9 @@ impl Executor {
         let mut shown: Vec<Use> = Vec::new();
         for used in pass.uses.iter().filter(|used| used.access.is_write()) {
             let known = shown.iter().any(|other| other.resource == used.resource);
-            let tells_nothing = only_cleared(used.resource) && written_later(used.resource) || continued(used.resource);
+            let tells_nothing = only_cleared(used.resource) && written_later(used.resource)
+                || continued(used.resource)
+                || is_scene_update(used.resource);
             if !known && !tells_nothing {
                 shown.push(*used);
             }

@@ -13,6 +13,9 @@ use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, Trans
 use crate::error::Result;
 use crate::graph::{Barrier, Handle, MemoryBarrier, PlannedPass};
 
+/// Bytes that one command may write to a buffer.
+const UPDATE_BYTES: usize = 65_536;
+
 /// Records pass `index` of the frame's graph, with all its repetitions.
 pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
     let pass = &frame.graph.passes()[index];
@@ -30,6 +33,14 @@ pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, in
         Work::Overlay => {}
     }
     end_label(frame, commands);
+    release_after(frame, commands, index);
+}
+
+/// Records what follows pass `index` when that is the frame's last one.
+fn release_after(frame: &CompiledFrame, commands: vk::CommandBuffer, index: usize) {
+    if index + 1 == frame.passes.len() {
+        barriers(frame, commands, None, &frame.plan.release);
+    }
 }
 
 /// Records the pass that draws over the finished frame.
@@ -55,6 +66,7 @@ pub(super) fn record_overlay(
     // SAFETY: ends the scope begun above.
     unsafe { frame.gpu.device.cmd_end_rendering(commands) };
     end_label(frame, commands);
+    release_after(frame, commands, index);
     drawn
 }
 
@@ -69,6 +81,7 @@ pub(super) fn record_repetitions(
     let Work::Compute(work @ ComputeWork { repeat: Some(repeat), .. }) = &pass.payload else { return };
     let planned = &frame.plan.passes[index];
     begin_label(frame, commands, &pass.name);
+    let last = repetitions.end == repeat.count();
     for i in repetitions {
         if i == 0 {
             batch(frame, commands, planned);
@@ -79,6 +92,9 @@ pub(super) fn record_repetitions(
         compute(frame, commands, &frame.passes[index], work, &words);
     }
     end_label(frame, commands);
+    if last {
+        release_after(frame, commands, index);
+    }
 }
 
 fn begin_label(frame: &CompiledFrame, commands: vk::CommandBuffer, name: &str) {
@@ -182,8 +198,8 @@ fn bind(
     // SAFETY: pipeline, layout and sets were made for each other in `compile_pass`.
     unsafe {
         device.cmd_bind_pipeline(commands, bind_point, pipeline.raw);
-        if !compiled.sets.sets.is_empty() {
-            device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 0, &compiled.sets.sets, &[]);
+        if let Some(set) = compiled.sets.sets.iter().cycle().nth(frame.resources.parity()) {
+            device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 0, &[*set], &[]);
         }
         if let Some(scene) = frame.scene.as_ref().filter(|_| uses_scene) {
             device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 1, &scene.scene.sets, &[]);
@@ -315,6 +331,13 @@ fn transfer(frame: &CompiledFrame, commands: vk::CommandBuffer, op: &TransferOp,
         match *op {
             TransferOp::FrameData { buffer } => {
                 device.cmd_update_buffer(commands, frame.resources.buffer(buffer).0, 0, frame_data);
+            }
+            TransferOp::SceneLights { buffer } => {
+                let raw = frame.resources.buffer(buffer).0;
+                let chunks = frame.light_update.iter().flat_map(|bytes| bytes.chunks(UPDATE_BYTES));
+                for (index, chunk) in chunks.enumerate() {
+                    device.cmd_update_buffer(commands, raw, (index * UPDATE_BYTES) as u64, chunk);
+                }
             }
             TransferOp::Fill { buffer, value } => {
                 let raw = frame.resources.buffer(buffer).0;

@@ -9,12 +9,13 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use super::buffer::Buffer;
 use super::check;
 use super::device::Device;
+use super::scene_set::SceneSet;
 use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::work::Work;
 use crate::error::{Error, Result};
 use crate::graph::{
-    AliasPlan, BufferInfo, Graph, Handle, ImageInfo, Lifetime, Plan, Requirement, ResourceInfo, add_alias_barriers,
-    assign, hoist,
+    AliasPlan, BufferInfo, Graph, Handle, ImageInfo, Lifetime, Plan, Requirement, Resource, ResourceInfo,
+    add_alias_barriers, assign, hoist,
 };
 
 /// A buffer or an image of the frame.
@@ -50,6 +51,12 @@ pub(super) struct Resources {
     pub shown_part_px: Option<[u32; 4]>,
     /// Buffers of the frames in flight that the host reads, by resource.
     readback: Vec<(usize, Vec<Buffer>)>,
+    /// Whether each resource is the graph's own.
+    owned: Vec<bool>,
+    /// Pairs that change places between frames.
+    history: Vec<(usize, usize)>,
+    /// Whether they have done so an odd number of times.
+    odd_frame: bool,
     allocations: Vec<Allocation>,
     gpu: Arc<Device>,
 }
@@ -63,17 +70,22 @@ struct Class {
 
 impl Resources {
     /// Creates everything and completes the plan: what waits where memory is shared, and where barriers are recorded.
-    pub fn new(gpu: &Arc<Device>, graph: &Graph<Work>, plan: &mut Plan) -> Result<Self> {
+    /// Imported resources are parts of the scene.
+    pub fn new(gpu: &Arc<Device>, graph: &Graph<Work>, plan: &mut Plan, scene: Option<&SceneSet>) -> Result<Self> {
         let mut resources = Self {
             list: Vec::new(),
             memory: MemoryUse::default(),
             shown_part_px: None,
             readback: Vec::new(),
+            owned: Vec::new(),
+            history: Vec::new(),
+            odd_frame: false,
             allocations: Vec::new(),
             gpu: Arc::clone(gpu),
         };
         for (index, resource) in graph.resources().iter().enumerate() {
             let physical = match (resource.lifetime, resource.info) {
+                (Lifetime::Imported, _) => imported(scene, resource)?,
                 // Another one in every frame: see `Executor::submit_to`.
                 (lifetime, ResourceInfo::Image(info)) if lifetime.is_acquired() => Physical::unacquired(info),
                 (Lifetime::Readback, ResourceInfo::Buffer(info)) => {
@@ -82,6 +94,10 @@ impl Resources {
                 _ => resources.create(graph, index, &resource.name, resource.info)?,
             };
             resources.list.push(physical);
+            resources.owned.push(is_owned(resource.lifetime));
+            if let Lifetime::Previous { current } = resource.lifetime {
+                resources.history.push((index, current.index()));
+            }
         }
         let mut classes = Vec::new();
         let requirements: Vec<_> = (0..resources.list.len())
@@ -152,6 +168,17 @@ impl Resources {
         let raw = buffers[0].raw;
         self.readback.push((index, buffers));
         Ok(Physical::Buffer { raw, size_bytes: info.size_bytes })
+    }
+
+    /// What the last frame wrote for the next one becomes what that one reads.
+    pub fn change_places(&mut self) {
+        self.history.iter().for_each(|(previous, current)| self.list.swap(*previous, *current));
+        self.odd_frame ^= true;
+    }
+
+    /// Which of a pass's descriptor sets are those of this frame, when it has one for each place of its pairs.
+    pub fn parity(&self) -> usize {
+        usize::from(self.odd_frame)
     }
 
     /// The next frame is recorded for this one of the frames in flight.
@@ -240,8 +267,7 @@ impl Resources {
     fn bind_single(&mut self, graph: &Graph<Work>, aliases: &AliasPlan) -> Result<()> {
         for index in 0..self.list.len() {
             let lifetime = graph.resources()[index].lifetime;
-            let ours = !lifetime.is_acquired() && lifetime != Lifetime::Readback;
-            if ours && aliases.placements[index].is_none() {
+            if is_owned(lifetime) && aliases.placements[index].is_none() {
                 let (needs, is_image) = self.memory_requirements(index);
                 let slot = self.allocate(&graph.resources()[index].name, needs, !is_image)?;
                 self.bind(index, slot, 0)?;
@@ -283,7 +309,7 @@ impl Resources {
     fn create_views(&mut self, graph: &Graph<Work>) -> Result<()> {
         for (physical, resource) in self.list.iter_mut().zip(graph.resources()) {
             if let Physical::Image { raw, view, info } = physical
-                && *raw != vk::Image::null()
+                && is_owned(resource.lifetime)
             {
                 let create = vk::ImageViewCreateInfo::default()
                     .image(*raw)
@@ -296,6 +322,17 @@ impl Resources {
         }
         Ok(())
     }
+}
+
+/// Whether a graph's resources of this lifetime are its own: created, bound and destroyed here.
+fn is_owned(lifetime: Lifetime) -> bool {
+    !lifetime.is_acquired() && !matches!(lifetime, Lifetime::Readback | Lifetime::Imported)
+}
+
+/// The part of the scene that an imported resource is.
+fn imported(scene: Option<&SceneSet>, resource: &Resource) -> Result<Physical> {
+    let part = scene.and_then(|scene| scene.part(&resource.name));
+    part.ok_or_else(|| Error::Failure(format!("a pass needs `{}`, which the scene does not have", resource.name)))
 }
 
 /// Aspect of a frame image.
@@ -316,9 +353,7 @@ pub(super) fn whole_image(info: &ImageInfo) -> vk::ImageSubresourceRange {
 
 impl Drop for Resources {
     fn drop(&mut self) {
-        let readback: Vec<usize> = self.readback.iter().map(|(index, _)| *index).collect();
-        let ours = self.list.iter().enumerate().filter(|(index, _)| !readback.contains(index));
-        for (_, physical) in ours {
+        for (physical, _) in self.list.iter().zip(&self.owned).filter(|(_, owned)| **owned) {
             // SAFETY: the executor waits for the GPU before it drops its resources; null views are ignored.
             unsafe {
                 match *physical {

@@ -13,7 +13,6 @@ use super::slot::Slot;
 use super::steps::Steps;
 use super::target::WindowTarget;
 use super::timeline::Timeline;
-use super::transfer;
 use super::work::{ComputeWork, Repeat, Work};
 use crate::error::Result;
 use crate::graph::{Access, Graph, Lifetime, Use};
@@ -78,8 +77,6 @@ pub(super) struct Given<'a> {
     pub last_ms: &'a [f64],
     /// The frame's constants.
     pub frame_data: &'a [u8],
-    /// New contents of the start of the scene's lights.
-    pub lights: Option<&'a [u8]>,
     /// The pass before which the device is taken for lost.
     pub planted_loss: Option<usize>,
 }
@@ -201,16 +198,6 @@ impl Runner<'_> {
         Ok(())
     }
 
-    /// Writes the lights that have changed, after what earlier frames read of them.
-    fn record_lights(&self, commands: vk::CommandBuffer) {
-        let Given { frame, lights, .. } = &self.given;
-        let (Some(bytes), Some(scene)) = (lights, &frame.scene) else { return };
-        transfer::full_barrier(&frame.gpu, commands);
-        // SAFETY: the lights' buffer is a transfer destination and larger than what is written to it.
-        unsafe { frame.gpu.device.cmd_update_buffer(commands, scene.lights().raw, 0, bytes) };
-        transfer::full_barrier(&frame.gpu, commands);
-    }
-
     /// What comes before a pass.
     fn enter(&mut self, commands: vk::CommandBuffer, index: usize) -> Result<()> {
         self.given.slot.markers.enter(commands, index, self.given.slot.stamp.get());
@@ -230,7 +217,6 @@ impl Runner<'_> {
         let begun = unsafe { self.given.frame.gpu.device.begin_command_buffer(commands, &begin) };
         check("vkBeginCommandBuffer", begun)?;
         if self.ran.submissions == 0 {
-            self.record_lights(commands);
             self.given.slot.timers.begin(commands);
         }
         if let Some(index) = self.untimed.take() {

@@ -11,6 +11,7 @@ use super::check;
 use super::descriptors::{Bound, Sets};
 use super::device::Device;
 use super::image::{Image, TextureInfo};
+use super::resources::Physical;
 use super::transfer::{Subresource, upload_buffer, upload_image};
 use super::word_image::WordImage;
 use crate::error::{Error, Result};
@@ -46,6 +47,59 @@ pub struct SceneData<'a> {
     pub draws: &'a [Draw],
 }
 
+/// A part of the scene that frames have as an imported resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScenePart {
+    /// Scene vertices, a buffer.
+    Vertices,
+    /// Three indices per triangle, a buffer.
+    Indices,
+    /// `GpuMaterial`s, a buffer.
+    Materials,
+    /// `PunctualLight`s, a buffer.
+    Lights,
+    /// BVH nodes, an image of words.
+    Nodes,
+    /// BVH triangles in leaf order, an image of words.
+    Triangles,
+    /// The buffer that holds the top acceleration structure.
+    TopStructure,
+    /// The buffer that holds the bottom acceleration structure.
+    BottomStructure,
+    /// Places of the structures' triangles in the BVH, a buffer.
+    StructureTriangles,
+}
+
+impl ScenePart {
+    const ALL: [Self; 9] = [
+        Self::Vertices,
+        Self::Indices,
+        Self::Materials,
+        Self::Lights,
+        Self::Nodes,
+        Self::Triangles,
+        Self::TopStructure,
+        Self::BottomStructure,
+        Self::StructureTriangles,
+    ];
+
+    /// Name of the resource.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vertices => "scene_vertices",
+            Self::Indices => "scene_indices",
+            Self::Materials => "scene_materials",
+            Self::Lights => "scene_lights",
+            Self::Nodes => "bvh_nodes",
+            Self::Triangles => "bvh_triangles",
+            Self::TopStructure => "top_structure",
+            Self::BottomStructure => "bottom_structure",
+            Self::StructureTriangles => "structure_triangles",
+        }
+    }
+}
+
 /// The uploaded scene.
 pub struct SceneSet {
     pub(super) scene: Sets,
@@ -57,8 +111,8 @@ pub struct SceneSet {
     pub(super) buffers: [Buffer; 2],
     /// BVH triangles.
     pub(super) triangles: WordImage,
-    _nodes: WordImage,
-    _query: Option<(Acceleration, Buffer)>,
+    nodes: WordImage,
+    query: Option<(Acceleration, Buffer)>,
     _images: Vec<Image>,
     _samplers: [Sampler; 2],
 }
@@ -95,9 +149,23 @@ impl Sampler {
 }
 
 impl SceneSet {
-    /// The buffer of `PunctualLight`s.
-    pub(super) fn lights(&self) -> &Buffer {
-        &self.buffers[1]
+    /// The part of the scene that a resource of this name is.
+    pub(super) fn part(&self, name: &str) -> Option<Physical> {
+        let buffer = |buffer: &Buffer| Physical::Buffer { raw: buffer.raw, size_bytes: buffer.size_bytes };
+        let [materials, lights] = &self.buffers;
+        let query = self.query.as_ref();
+        let structures = query.map(|(structures, _)| structures.buffers());
+        match ScenePart::ALL.into_iter().find(|part| part.name() == name)? {
+            ScenePart::Vertices => Some(buffer(&self.vertices)),
+            ScenePart::Indices => Some(buffer(&self.indices)),
+            ScenePart::Materials => Some(buffer(materials)),
+            ScenePart::Lights => Some(buffer(lights)),
+            ScenePart::Nodes => Some(self.nodes.physical()),
+            ScenePart::Triangles => Some(self.triangles.physical()),
+            ScenePart::TopStructure => structures.map(|[top, _]| buffer(top)),
+            ScenePart::BottomStructure => structures.map(|[_, bottom]| buffer(bottom)),
+            ScenePart::StructureTriangles => query.map(|(_, places)| buffer(places)),
+        }
     }
 
     /// Uploads a scene.
@@ -156,8 +224,8 @@ impl SceneSet {
             draws: data.draws.to_vec(),
             buffers: [materials, lights],
             triangles,
-            _nodes: nodes,
-            _query: query,
+            nodes,
+            query,
             _images: images,
             _samplers: [sampler, plain_sampler],
         })

@@ -7,12 +7,16 @@ use ash::vk;
 use super::descriptors::Bound;
 use super::device::Device;
 use super::image::{Image, TextureInfo};
+use super::resources::Physical;
 use super::transfer::{Subresource, download_image, upload_image};
 use crate::error::{Error, Result};
+use crate::graph::ImageInfo;
 
 /// Texels in a row: the edge that every device's images can have (`texel_place` in the shaders).
 const ROW_TEXELS: u32 = 4096;
 
+/// Four words.
+const FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
 /// Four words of four bytes.
 const TEXEL_BYTES: usize = 16;
 
@@ -32,7 +36,7 @@ impl WordImage {
         let most = gpu.report().limits.image_rows;
         let rows = rows(name, bytes.len(), most)?;
         let info = TextureInfo {
-            format: vk::Format::R32G32B32A32_UINT,
+            format: FORMAT,
             width_px: ROW_TEXELS,
             height_px: rows,
             mips: 1,
@@ -50,6 +54,12 @@ impl WordImage {
 
     pub fn bound(&self) -> Bound {
         Bound::SampledImage { view: self.image.view, layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL }
+    }
+
+    /// As a resource of a frame.
+    pub fn physical(&self) -> Physical {
+        let info = ImageInfo { format: FORMAT, width_px: ROW_TEXELS, height_px: self.rows };
+        Physical::Image { raw: self.image.raw, view: self.image.view, info }
     }
 
     /// The bytes as uploaded; waits.

@@ -206,6 +206,11 @@ pub enum TransferOp {
         /// Destination.
         buffer: BufferHandle,
     },
+    /// Writes the start of the scene's lights, in frames for which `Executor::update_lights` has been given some.
+    SceneLights {
+        /// The scene's lights.
+        buffer: BufferHandle,
+    },
     /// Fills the whole buffer with one word.
     Fill {
         /// Destination.

@@ -47,6 +47,12 @@ pub enum Access {
     VertexBuffer,
     /// Index buffer bound to the input assembler.
     IndexBuffer,
+    /// Acceleration structure (the buffer that holds it), walked through by ray queries in a compute shader.
+    ComputeTrace,
+    /// Vertices, indices or instances that an acceleration structure is built from.
+    StructureInput,
+    /// Acceleration structure (the buffer that holds it), built anew.
+    StructureBuild,
     /// Source of a copy.
     TransferRead,
     /// Destination of a copy, fill or update that overwrites all the contents later passes use.
@@ -122,6 +128,17 @@ impl Access {
             Self::IndirectRead => (Stage::DRAW_INDIRECT, Mask::INDIRECT_COMMAND_READ, ImageLayout::UNDEFINED),
             Self::VertexBuffer => (Stage::VERTEX_ATTRIBUTE_INPUT, Mask::VERTEX_ATTRIBUTE_READ, ImageLayout::UNDEFINED),
             Self::IndexBuffer => (Stage::INDEX_INPUT, Mask::INDEX_READ, ImageLayout::UNDEFINED),
+            Self::ComputeTrace => {
+                (Stage::COMPUTE_SHADER, Mask::ACCELERATION_STRUCTURE_READ_KHR, ImageLayout::UNDEFINED)
+            }
+            Self::StructureInput => {
+                (Stage::ACCELERATION_STRUCTURE_BUILD_KHR, Mask::SHADER_READ, ImageLayout::UNDEFINED)
+            }
+            Self::StructureBuild => (
+                Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
+                Mask::ACCELERATION_STRUCTURE_WRITE_KHR,
+                ImageLayout::UNDEFINED,
+            ),
             Self::TransferRead => (Stage::ALL_TRANSFER, Mask::TRANSFER_READ, ImageLayout::TRANSFER_SRC_OPTIMAL),
             Self::TransferWrite => (Stage::ALL_TRANSFER, Mask::TRANSFER_WRITE, ImageLayout::TRANSFER_DST_OPTIMAL),
             Self::HostRead => (Stage::HOST, Mask::HOST_READ, ImageLayout::UNDEFINED),
@@ -143,6 +160,7 @@ impl Access {
                 | Self::ColorAttachmentWrite
                 | Self::ColorAttachmentBlend
                 | Self::DepthAttachmentWrite
+                | Self::StructureBuild
                 | Self::TransferWrite
         )
     }
@@ -187,6 +205,8 @@ impl Access {
             Self::IndirectRead => BufferUsageFlags::INDIRECT_BUFFER,
             Self::VertexBuffer => BufferUsageFlags::VERTEX_BUFFER,
             Self::IndexBuffer => BufferUsageFlags::INDEX_BUFFER,
+            Self::ComputeTrace | Self::StructureBuild => BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR,
+            Self::StructureInput => BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR,
             Self::TransferRead => BufferUsageFlags::TRANSFER_SRC,
             Self::TransferWrite => BufferUsageFlags::TRANSFER_DST,
             _ => BufferUsageFlags::empty(),

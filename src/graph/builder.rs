@@ -5,7 +5,9 @@ use std::fmt;
 use ash::vk;
 
 use super::access::Access;
-use super::resource::{BufferHandle, BufferInfo, Handle, ImageHandle, ImageInfo, Lifetime, Resource, ResourceInfo};
+use super::resource::{
+    BufferHandle, BufferInfo, Handle, History, ImageHandle, ImageInfo, Lifetime, Resource, ResourceInfo,
+};
 
 /// Names a pass of one graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -142,9 +144,22 @@ impl<P> Graph<P> {
         self.buffer(name, size_bytes, Lifetime::Persistent)
     }
 
-    /// A buffer owned outside the graph, filled before the first frame and only read by passes.
-    pub fn imported_buffer(&mut self, name: &str, size_bytes: u64) -> BufferHandle {
-        self.buffer(name, size_bytes, Lifetime::Imported)
+    /// A buffer owned outside the graph, whose owner knows its size; other graphs on the queue may use it as well.
+    pub fn imported_buffer(&mut self, name: &str) -> BufferHandle {
+        self.buffer(name, 0, Lifetime::Imported)
+    }
+
+    /// An image owned outside the graph, whose owner knows its size; other graphs on the queue may use it as well.
+    pub fn imported_image(&mut self, name: &str, format: vk::Format) -> ImageHandle {
+        let info = ResourceInfo::Image(ImageInfo { format, width_px: 0, height_px: 0 });
+        ImageHandle(self.resource_slot(name, info, Lifetime::Imported))
+    }
+
+    /// The buffer of this name.
+    #[must_use]
+    pub fn buffer_named(&self, name: &str) -> Option<BufferHandle> {
+        let named = |resource: &Resource| matches!(resource.info, ResourceInfo::Buffer(_)) && resource.name == name;
+        self.resources.iter().position(named).map(BufferHandle)
     }
 
     /// An image that is written before it is read in every frame.
@@ -171,6 +186,25 @@ impl<P> Graph<P> {
     /// [`Access::HostRead`].
     pub fn readback_buffer(&mut self, name: &str, size_bytes: u64) -> BufferHandle {
         self.buffer(name, size_bytes, Lifetime::Readback)
+    }
+
+    /// A buffer that this frame writes, and the one that the frame before wrote, `previous_NAME`.
+    pub fn history_buffer(&mut self, name: &str, size_bytes: u64) -> History<BufferHandle> {
+        let [previous, current] = self.history(name, ResourceInfo::Buffer(BufferInfo { size_bytes }));
+        History { previous: BufferHandle(previous), current: BufferHandle(current) }
+    }
+
+    /// An image that this frame writes, and the one that the frame before wrote, `previous_NAME`.
+    pub fn history_image(&mut self, name: &str, info: ImageInfo) -> History<ImageHandle> {
+        let [previous, current] = self.history(name, ResourceInfo::Image(info));
+        History { previous: ImageHandle(previous), current: ImageHandle(current) }
+    }
+
+    fn history(&mut self, name: &str, info: ResourceInfo) -> [usize; 2] {
+        let previous = self.resources.len();
+        let current = Lifetime::Previous { current: Handle(previous + 1) };
+        self.resource_slot(&format!("previous_{name}"), info, current);
+        [previous, self.resource_slot(name, info, Lifetime::Current { previous: Handle(previous) })]
     }
 
     /// Appends a pass to the frame.
@@ -237,11 +271,13 @@ impl<P> Graph<P> {
         self.accesses(image.into()).fold(vk::ImageUsageFlags::empty(), |all, access| all | access.image_usage())
     }
 
+    /// Accesses to a resource, and to the one that it changes places with.
     fn accesses(&self, resource: Handle) -> impl Iterator<Item = Access> {
+        let partner = self.resources[resource.index()].lifetime.partner();
         self.passes
             .iter()
             .flat_map(|pass| &pass.uses)
-            .filter(move |used| used.resource == resource)
+            .filter(move |used| used.resource == resource || partner == Some(used.resource))
             .map(|used| used.access)
     }
 

@@ -55,16 +55,22 @@ pub enum PlanError {
         /// The access.
         access: Access,
     },
-    /// A write to something owned outside the graph.
-    #[error("pass `{pass}` writes `{resource}`, which is imported and so read-only")]
-    WriteToImported {
+    /// A write to what the frame before left.
+    #[error("pass `{pass}` writes `{resource}`, which belongs to the frame before")]
+    WriteToPrevious {
         /// The pass.
         pass: String,
         /// The resource.
         resource: String,
     },
+    /// A pair that changes places between frames, whose current one stays as it was two frames ago.
+    #[error("no pass writes `{resource}`, which the next frame has as its previous one")]
+    HistoryNotWritten {
+        /// The resource.
+        resource: String,
+    },
     /// Contents read that no earlier pass of the frame wrote.
-    #[error("pass `{pass}` reads transient `{resource}`, which no earlier pass of the frame wrote")]
+    #[error("pass `{pass}` reads `{resource}`, which no earlier pass of the frame wrote")]
     ReadBeforeWrite {
         /// The pass.
         pass: String,
@@ -112,7 +118,7 @@ pub(super) fn check<P>(graph: &Graph<P>) -> Result<Vec<Vec<Need>>, PlanError> {
             ResourceInfo::Buffer(info) => info.size_bytes == 0,
             ResourceInfo::Image(info) => info.width_px == 0 || info.height_px == 0,
         };
-        if empty {
+        if empty && resource.lifetime != Lifetime::Imported {
             return Err(PlanError::ZeroSize { resource: resource.name.clone() });
         }
     }
@@ -126,16 +132,30 @@ pub(super) fn check<P>(graph: &Graph<P>) -> Result<Vec<Vec<Need>>, PlanError> {
         let needs = merge_uses(pass, graph.resources())?;
         for need in &needs {
             let resource = &graph.resources()[need.resource.index()];
-            let starts_empty =
-                matches!(resource.lifetime, Lifetime::Transient | Lifetime::Acquired | Lifetime::Readback);
-            if starts_empty && need.reads && !written.contains(&need.resource) {
+            if resource.lifetime.starts_empty() && need.reads && !written.contains(&need.resource) {
                 return Err(PlanError::ReadBeforeWrite { pass: pass.name.clone(), resource: resource.name.clone() });
             }
         }
         written.extend(needs.iter().filter(|need| need.writes).map(|need| need.resource));
         all.push(needs);
     }
+    history_written(graph, &all, &written)?;
     Ok(all)
+}
+
+/// Of every pair in use the current one must be written.
+fn history_written<P>(graph: &Graph<P>, needs: &[Vec<Need>], written: &HashSet<Handle>) -> Result<(), PlanError> {
+    for need in needs.iter().flatten() {
+        let current = match graph.resources()[need.resource.index()].lifetime {
+            Lifetime::Previous { current } => current,
+            Lifetime::Current { .. } => need.resource,
+            _ => continue,
+        };
+        if !written.contains(&current) {
+            return Err(PlanError::HistoryNotWritten { resource: graph.resources()[current.index()].name.clone() });
+        }
+    }
+    Ok(())
 }
 
 fn merge_uses<P>(pass: &Pass<P>, resources: &[Resource]) -> Result<Vec<Need>, PlanError> {
@@ -157,9 +177,9 @@ fn merge_uses<P>(pass: &Pass<P>, resources: &[Resource]) -> Result<Vec<Need>, Pl
             let (pass, resource) = names();
             return Err(PlanError::DoesNotFit { pass, resource, access: used.access });
         }
-        if resource.lifetime == Lifetime::Imported && used.access.is_write() {
+        if matches!(resource.lifetime, Lifetime::Previous { .. }) && used.access.is_write() {
             let (pass, resource) = names();
-            return Err(PlanError::WriteToImported { pass, resource });
+            return Err(PlanError::WriteToPrevious { pass, resource });
         }
         let scope = used.access.sync(kind);
         let slot = *slots.entry(used.resource).or_insert(needs.len());

@@ -14,7 +14,7 @@ pub fn to_dot<P>(graph: &Graph<P>, plan: &Plan) -> String {
     for (index, resource) in graph.resources().iter().enumerate() {
         let style = match resource.lifetime {
             Lifetime::Transient => "dashed",
-            Lifetime::Persistent => "solid",
+            Lifetime::Persistent | Lifetime::Previous { .. } | Lifetime::Current { .. } => "solid",
             Lifetime::Imported | Lifetime::Acquired | Lifetime::Continued | Lifetime::Readback => "bold",
         };
         line(&mut dot, &format!("r{index} [shape=ellipse, style={style}, label=\"{}\"];", resource_label(resource)));
@@ -55,8 +55,11 @@ fn resource_label(resource: &Resource) -> String {
         Lifetime::Acquired => "acquired",
         Lifetime::Continued => "continued",
         Lifetime::Readback => "read by the host",
+        Lifetime::Previous { .. } => "of the frame before",
+        Lifetime::Current { .. } => "for the next frame",
     };
     let shape = match resource.info {
+        _ if resource.lifetime == Lifetime::Imported => "as large as its owner made it".to_owned(),
         ResourceInfo::Buffer(info) => format!("{} bytes", info.size_bytes),
         ResourceInfo::Image(info) => format!("{}x{} {:?}", info.width_px, info.height_px, info.format),
     };

@@ -19,4 +19,7 @@ pub use check::PlanError;
 pub use dump::to_dot;
 pub use hoist::hoist;
 pub use plan::{Barrier, MemoryBarrier, Plan, PlannedPass, plan};
-pub use resource::{BufferHandle, BufferInfo, Handle, ImageHandle, ImageInfo, Kind, Lifetime, Resource, ResourceInfo};
+pub use resource::{
+    BufferHandle, BufferInfo, Handle, History, IMPORTED_LAYOUT, ImageHandle, ImageInfo, Kind, Lifetime, Resource,
+    ResourceInfo,
+};

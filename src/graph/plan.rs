@@ -9,20 +9,27 @@ use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
 
 use super::builder::Graph;
 use super::check::{Need, PlanError, check};
-use super::resource::{Handle, ImageHandle, Lifetime, ResourceInfo};
+use super::resource::{Handle, IMPORTED_LAYOUT, ImageHandle, Lifetime, Resource, ResourceInfo};
 
 const WRITES: Mask = Mask::from_raw(
     Mask::SHADER_STORAGE_WRITE.as_raw()
         | Mask::COLOR_ATTACHMENT_WRITE.as_raw()
         | Mask::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()
+        | Mask::ACCELERATION_STRUCTURE_WRITE_KHR.as_raw()
         | Mask::TRANSFER_WRITE.as_raw(),
 );
+/// Everything that anybody on the queue may do.
+const EVERYTHING: (Stage, Mask) =
+    (Stage::ALL_COMMANDS, Mask::from_raw(Mask::MEMORY_READ.as_raw() | Mask::MEMORY_WRITE.as_raw()));
 
 /// Everything an executor needs to record the frame, over and over on one queue.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The graph's passes, in the same order.
     pub passes: Vec<PlannedPass>,
+    /// What to record after the last pass: imported resources that passes have written become visible to every other
+    /// graph. Empty where the barriers of this frame's own readers have done so.
+    pub release: Vec<Barrier>,
     /// First and last pass that use each resource; `None` for one that no pass uses.
     pub lifetimes: Vec<Option<(usize, usize)>>,
     /// Layout each used persistent image must be brought to once, before the first frame; that transition (from
@@ -109,13 +116,13 @@ impl Plan {
     /// Number of barriers of single resources in a frame.
     #[must_use]
     pub fn barrier_count(&self) -> usize {
-        self.passes.iter().map(|pass| pass.barriers.len()).sum()
+        self.passes.iter().map(|pass| pass.barriers.len()).sum::<usize>() + self.release.len()
     }
 
-    /// Number of passes in a frame before which barriers are recorded.
+    /// Number of batches of barriers in a frame: before passes, and after the last one.
     #[must_use]
     pub fn batch_count(&self) -> usize {
-        self.passes.iter().filter(|pass| pass.has_batch()).count()
+        self.passes.iter().filter(|pass| pass.has_batch()).count() + usize::from(!self.release.is_empty())
     }
 }
 
@@ -134,37 +141,58 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
     }
     let mut states = vec![State::default(); resources.len()];
     let mut passes = Vec::new();
-    // The first run finds the state a frame leaves behind; the second plans the frame that starts from it.
-    for _ in 0..2 {
-        for (state, resource) in states.iter_mut().zip(resources) {
-            match resource.lifetime {
-                Lifetime::Transient => state.layout = Some(ImageLayout::UNDEFINED),
-                Lifetime::Acquired => *state = State::acquired(),
-                Lifetime::Continued => *state = State::continued(),
-                // The host has waited for the frame that last had this buffer.
-                Lifetime::Readback => *state = State::default(),
-                Lifetime::Persistent | Lifetime::Imported => {}
-            }
-        }
+    // The first runs find the state a frame leaves behind, two for pairs that change places; the last plans the frame
+    // that starts from it.
+    for _ in 0..3 {
+        begin_frame(resources, &mut states);
         passes.clear();
         for (pass, needs) in graph.passes().iter().zip(&needs) {
-            let tracked = needs.iter().filter(|need| resources[need.resource.index()].lifetime != Lifetime::Imported);
-            let barriers = tracked.filter_map(|need| states[need.resource.index()].advance(need)).collect();
+            let barriers = needs.iter().filter_map(|need| states[need.resource.index()].advance(need)).collect();
             let between = if pass.repeats { needs.iter().filter_map(repetition).collect() } else { Vec::new() };
             passes.push(PlannedPass { name: pass.name.clone(), barriers, takeover: None, between });
         }
     }
-    let initial = resources
-        .iter()
-        .zip(&states)
-        .enumerate()
-        .filter(|(_, (resource, _))| {
-            resource.lifetime == Lifetime::Persistent && matches!(resource.info, ResourceInfo::Image(_))
-        })
-        .filter_map(|(index, (_, state))| state.layout.map(|layout| (ImageHandle(index), layout)))
-        .collect();
+    let initial = initial_layouts(resources, &states, &lifetimes);
     let last_uses = states.iter().map(|state| (state.write_stages | state.read_stages, state.write_access)).collect();
-    Ok(Plan { passes, lifetimes, initial, last_uses, sharing: vec![Vec::new(); resources.len()] })
+    let release = (0..resources.len()).filter_map(|index| states[index].release(Handle(index))).collect();
+    Ok(Plan { passes, release, lifetimes, initial, last_uses, sharing: vec![Vec::new(); resources.len()] })
+}
+
+/// What a frame finds of its resources, from what the frame before left.
+fn begin_frame(resources: &[Resource], states: &mut [State]) {
+    for (index, resource) in resources.iter().enumerate() {
+        match resource.lifetime {
+            Lifetime::Transient => states[index].layout = Some(ImageLayout::UNDEFINED),
+            Lifetime::Acquired => states[index] = State::acquired(),
+            Lifetime::Continued => states[index] = State::continued(),
+            // The host has waited for the frame that last had this buffer.
+            Lifetime::Readback => states[index] = State::default(),
+            Lifetime::Previous { current } => {
+                states.swap(index, current.index());
+                // Its contents are two frames old.
+                states[current.index()].layout = Some(ImageLayout::UNDEFINED);
+            }
+            Lifetime::Imported => states[index] = State::imported(resource.info),
+            Lifetime::Persistent | Lifetime::Current { .. } => {}
+        }
+    }
+}
+
+/// The layouts in which the first frame expects the images that keep theirs, from what a frame leaves.
+fn initial_layouts(
+    resources: &[Resource],
+    states: &[State],
+    lifetimes: &[Option<(usize, usize)>],
+) -> Vec<(ImageHandle, ImageLayout)> {
+    let left = |index: usize| {
+        let from = match (resources[index].info, resources[index].lifetime) {
+            (ResourceInfo::Image(_), Lifetime::Persistent) => index,
+            (ResourceInfo::Image(_), Lifetime::Previous { current }) => current.index(),
+            _ => return None,
+        };
+        lifetimes[index].and(states[from].layout).map(|layout| (ImageHandle(index), layout))
+    };
+    (0..resources.len()).filter_map(left).collect()
 }
 
 /// The barrier between two repetitions of a pass for something it writes.
@@ -193,6 +221,8 @@ struct State {
     visible: Vec<(Stage, Mask)>,
     /// Current layout; `None` before the first use in a persistent resource's life, which takes what it needs.
     layout: Option<ImageLayout>,
+    /// Layout to leave behind, of a resource that other graphs use as well.
+    shared: Option<ImageLayout>,
 }
 
 impl State {
@@ -212,6 +242,36 @@ impl State {
         }
     }
 
+    /// What an imported resource begins with: contents that everybody sees, and readers anywhere.
+    fn imported(info: ResourceInfo) -> Self {
+        let layout = match info {
+            ResourceInfo::Buffer(_) => ImageLayout::UNDEFINED,
+            ResourceInfo::Image(_) => IMPORTED_LAYOUT,
+        };
+        Self { read_stages: EVERYTHING.0, layout: Some(layout), shared: Some(layout), ..Self::default() }
+    }
+
+    /// What an imported resource needs at the end of a frame.
+    fn release(&self, resource: Handle) -> Option<Barrier> {
+        let new_layout = self.shared?;
+        let old_layout = self.layout?;
+        let transition = old_layout != new_layout;
+        let unseen = !self.write_stages.is_empty() && !self.visible_to_everything();
+        (transition || unseen).then_some(Barrier {
+            resource,
+            src_stage: self.write_stages | if transition { self.read_stages } else { Stage::NONE },
+            src_access: self.write_access,
+            dst_stage: EVERYTHING.0,
+            dst_access: EVERYTHING.1,
+            old_layout,
+            new_layout,
+        })
+    }
+
+    fn visible_to_everything(&self) -> bool {
+        self.visible.iter().any(|(stage, _)| *stage == EVERYTHING.0)
+    }
+
     /// Moves past one pass; the barrier to record before it, if it needs one.
     fn advance(&mut self, need: &Need) -> Option<Barrier> {
         let scope = need.scope;
@@ -227,12 +287,15 @@ impl State {
         if transition || need.writes {
             src_stage |= self.read_stages;
         }
+        // Readers of other graphs have no barrier of their own, so that ours is for them as well.
+        let for_all = self.shared.is_some() && !need.writes;
+        let (dst_stage, dst_access) = if for_all { EVERYTHING } else { (scope.stages, scope.access) };
         let barrier = (transition || !src_stage.is_empty()).then_some(Barrier {
             resource: need.resource,
             src_stage,
             src_access,
-            dst_stage: scope.stages,
-            dst_access: scope.access,
+            dst_stage,
+            dst_access,
             old_layout,
             new_layout: scope.layout,
         });
@@ -243,16 +306,17 @@ impl State {
                 write_stages: scope.stages,
                 write_access: scope.access & WRITES,
                 layout: self.layout,
+                shared: self.shared,
                 ..Self::default()
             };
             return barrier;
         }
         if transition {
             // Later barriers must follow the transition, so they wait for the stages that waited for it.
-            *self = Self { write_stages: scope.stages, layout: self.layout, ..Self::default() };
+            *self = Self { write_stages: dst_stage, layout: self.layout, shared: self.shared, ..Self::default() };
         }
         if barrier.is_some() {
-            self.visible.extend(pairs(scope.stages, scope.access));
+            self.visible.extend(pairs(dst_stage, dst_access));
         }
         self.read_stages |= scope.stages;
         barrier
@@ -261,11 +325,12 @@ impl State {
     /// Whether everything the pass reads is already visible to it.
     fn sees(&self, need: &Need) -> bool {
         self.write_stages.is_empty()
+            || self.visible_to_everything()
             || pairs(need.scope.stages, need.scope.access & !WRITES).all(|pair| self.visible.contains(&pair))
     }
 }
 
-/// Every single stage with every single access that it can perform.
+/// Every single stage with every single access that it can perform; for everything at once, one pair.
 fn pairs(stages: Stage, access: Mask) -> impl Iterator<Item = (Stage, Mask)> {
     let bits = |raw: u64| (0..u64::BITS).map(|bit| 1 << bit).filter(move |bit| raw & bit != 0);
     bits(stages.as_raw())
@@ -277,6 +342,9 @@ fn pairs(stages: Stage, access: Mask) -> impl Iterator<Item = (Stage, Mask)> {
 fn performs(stage: Stage, access: Mask) -> bool {
     let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
     match access {
+        Mask::MEMORY_READ => stage == Stage::ALL_COMMANDS,
+        Mask::ACCELERATION_STRUCTURE_READ_KHR => stage == Stage::COMPUTE_SHADER,
+        Mask::ACCELERATION_STRUCTURE_WRITE_KHR | Mask::SHADER_READ => stage == Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
         Mask::DEPTH_STENCIL_ATTACHMENT_READ | Mask::DEPTH_STENCIL_ATTACHMENT_WRITE => tests.contains(stage),
         Mask::COLOR_ATTACHMENT_READ | Mask::COLOR_ATTACHMENT_WRITE => stage == Stage::COLOR_ATTACHMENT_OUTPUT,
         Mask::INDIRECT_COMMAND_READ => stage == Stage::DRAW_INDIRECT,

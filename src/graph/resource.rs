@@ -99,7 +99,8 @@ pub enum Lifetime {
     Transient,
     /// Keeps its contents and layout from frame to frame; created and owned by the graph's executor.
     Persistent,
-    /// Owned outside the graph (scene data); buffers only, never written by a pass.
+    /// Owned outside the graph (scene data) and shared with every graph on the queue; its owner knows the size. A
+    /// frame finds and leaves its contents visible to everything, and an image in [`IMPORTED_LAYOUT`].
     Imported,
     /// An image that is another one in every frame (of a swapchain) and comes without contents, once a semaphore
     /// has been waited for at the colour attachment output stage.
@@ -109,7 +110,20 @@ pub enum Lifetime {
     Continued,
     /// A buffer that the host reads once the frame has completed; each frame in flight has its own.
     Readback,
+    /// What the frame before wrote to `current`; only read. The two change places between frames.
+    Previous {
+        /// The resource that this frame writes and the next one has as its previous.
+        current: Handle,
+    },
+    /// Written before it is read in every frame, and kept for the next frame, which has it as `previous`.
+    Current {
+        /// The resource that holds what the frame before wrote.
+        previous: Handle,
+    },
 }
+
+/// Layout of an imported image between frames.
+pub const IMPORTED_LAYOUT: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
 impl Lifetime {
     /// Whether the resource is handed over anew for every frame.
@@ -117,6 +131,32 @@ impl Lifetime {
     pub fn is_acquired(self) -> bool {
         matches!(self, Self::Acquired | Self::Continued)
     }
+
+    /// Whether a frame starts with nothing in the resource that it may read.
+    #[must_use]
+    pub fn starts_empty(self) -> bool {
+        matches!(self, Self::Transient | Self::Acquired | Self::Readback | Self::Current { .. })
+    }
+
+    /// The other one of a pair that changes places between frames.
+    #[must_use]
+    pub fn partner(self) -> Option<Handle> {
+        match self {
+            Self::Previous { current } => Some(current),
+            Self::Current { previous } => Some(previous),
+            _ => None,
+        }
+    }
+}
+
+/// A pair of buffers or of images that change places between frames: what is `current` now is `previous` in the
+/// next frame. What `previous` holds means nothing in the first frame and after a cut; the executor says so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct History<H> {
+    /// What the frame before left; read only.
+    pub previous: H,
+    /// What this frame leaves to the next; to be written in every frame, before it is read.
+    pub current: H,
 }
 
 /// One resource of the graph.

@@ -49,12 +49,11 @@ pub fn add(frame: &mut Frame) -> GBuffer {
         draws: vec![draw],
         uses_scene: true,
     };
-    frame.graph.add_pass(
-        Pass::new("gbuffer", Work::Raster(work))
-            .bind("frame", frame.data, Access::GraphicsUniform)
-            .uses(albedo, Access::ColorAttachmentWrite)
-            .uses(normals, Access::ColorAttachmentWrite)
-            .uses(depth, Access::DepthAttachmentWrite),
-    );
+    let pass = Pass::new("gbuffer", Work::Raster(work))
+        .bind("frame", frame.data, Access::GraphicsUniform)
+        .uses(albedo, Access::ColorAttachmentWrite)
+        .uses(normals, Access::ColorAttachmentWrite)
+        .uses(depth, Access::DepthAttachmentWrite);
+    frame.graph.add_pass(frame.scene.iter().fold(pass, |pass, scene| scene.drawn_by(pass)));
     GBuffer { albedo, normals, depth }
 }

@@ -26,12 +26,14 @@ pub mod merge;
 pub mod path_trace;
 pub mod present;
 pub mod reference;
+pub mod scene;
 pub mod shadow_rays;
 pub mod tone_map;
 pub mod vpl_trace;
 
 use ash::vk;
 
+use self::scene::SceneParts;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass, PassId};
 use crate::settings::{Rays, Settings, View};
@@ -81,6 +83,8 @@ pub struct Frame {
     pub data: BufferHandle,
     /// Rays traced: `[0]` for VPLs, `[1]` for shadow samples.
     pub ray_count: BufferHandle,
+    /// The scene, unless the frame does without one.
+    pub scene: Option<SceneParts>,
     /// What every frame has.
     pub shape: FrameShape,
     /// The pass that everything else follows.
@@ -88,19 +92,31 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Starts a frame with the pass that writes its constants and clears its buffers.
+    /// Starts a frame over a scene with the pass that writes its constants, and the scene's lights where they have
+    /// changed, and clears its buffers.
     #[must_use]
     pub fn new(shape: FrameShape) -> Self {
+        let rays = shape.rays;
+        Self::begin(shape, Some(rays))
+    }
+
+    /// Starts a frame that has no scene.
+    #[must_use]
+    pub fn without_scene(shape: FrameShape) -> Self {
+        Self::begin(shape, None)
+    }
+
+    fn begin(shape: FrameShape, scene_rays: Option<Rays>) -> Self {
         let mut graph = Graph::new();
         let data = graph.transient_buffer("frame_data", size_of::<FrameData>() as u64);
         let ray_count = graph.persistent_buffer("ray_count", 16);
-        let ops = vec![TransferOp::FrameData { buffer: data }, TransferOp::Fill { buffer: ray_count, value: 0 }];
-        let setup = graph.add_pass(
-            Pass::new("frame_setup", Work::Transfer(ops))
-                .uses(data, Access::TransferWrite)
-                .uses(ray_count, Access::TransferWrite),
-        );
-        Self { graph, data, ray_count, shape, setup }
+        let scene = scene_rays.map(|rays| SceneParts::declare(&mut graph, rays));
+        let lights = scene.map(|scene| TransferOp::SceneLights { buffer: scene.lights });
+        let constants = [TransferOp::FrameData { buffer: data }, TransferOp::Fill { buffer: ray_count, value: 0 }];
+        let setup = Pass::new("frame_setup", Work::Transfer(constants.into_iter().chain(lights).collect()));
+        let written = [data, ray_count].into_iter().chain(scene.map(|scene| scene.lights));
+        let setup = graph.add_pass(written.fold(setup, |pass, buffer| pass.uses(buffer, Access::TransferWrite)));
+        Self { graph, data, ray_count, scene, shape, setup }
     }
 
     /// Fills buffers with a word each at the start of the frame, where all clears share one barrier. Transient buffers
@@ -137,13 +153,15 @@ impl Frame {
         self.graph.add_pass(pass);
     }
 
-    /// A compute pass with the frame's constants bound where its shader reads them; bind the rest and add it to the
-    /// graph.
+    /// A compute pass with the frame's constants bound where its shader reads them, which reads the scene where its
+    /// work does; bind the rest and add it to the graph.
     #[must_use]
     pub fn compute(&self, name: &str, work: ComputeWork) -> Pass<Work> {
         let reads_frame = spirv::interface(&work.shader).is_ok_and(|shader| shader.binding("frame").is_some());
+        let scene = self.scene.filter(|_| work.uses_scene);
         let pass = Pass::new(name, Work::Compute(work));
-        if reads_frame { pass.bind("frame", self.data, Access::ComputeUniform) } else { pass }
+        let pass = if reads_frame { pass.bind("frame", self.data, Access::ComputeUniform) } else { pass };
+        scene.into_iter().fold(pass, |pass, scene| scene.read_by(pass))
     }
 
     /// One thread per pixel of the picture.

@@ -83,8 +83,11 @@ impl Renderer {
     }
 
     /// Replaces the scene's directional and spot lights with the next frame.
-    pub fn update_lights(&mut self, lights: &[PunctualLight]) {
-        self.executor.update_lights(bytemuck::cast_slice(lights).to_vec());
+    ///
+    /// # Errors
+    /// [`crate::Error::Failure`] when there are more of them than the scene has room for.
+    pub fn update_lights(&mut self, lights: &[PunctualLight]) -> Result<()> {
+        self.executor.update_lights(bytemuck::cast_slice(lights).to_vec())
     }
 
     /// Which pixel the next frames tell about, when they do.

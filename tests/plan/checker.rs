@@ -12,7 +12,9 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
-use gridlight::graph::{AliasPlan, Barrier, Graph, Handle, Kind, Lifetime, MemoryBarrier, Pass, Plan, Requirement};
+use gridlight::graph::{
+    AliasPlan, Barrier, Graph, Handle, Kind, Lifetime, MemoryBarrier, Pass, Plan, Requirement, Resource, ResourceInfo,
+};
 
 #[derive(Clone, Debug)]
 struct Op {
@@ -45,13 +47,15 @@ struct Machine<'a, P> {
     /// Which cells each resource has.
     cells_of: Vec<Range<usize>>,
     layouts: Vec<ImageLayout>,
+    /// Which physical resource stands in the place of each; those of a history change places.
+    places: Vec<usize>,
 }
 
-/// Plays three frames in a row; the text of an error says what went wrong where.
+/// Plays four frames in a row; the text of an error says what went wrong where.
 pub fn check<P>(graph: &Graph<P>, plan: &Plan, placed: Placed<'_>) -> Result<(), String> {
     let mut machine = Machine::new(graph, plan, placed);
-    for frame in 0..3 {
-        machine.begin_frame();
+    for frame in 0..4 {
+        machine.begin_frame(frame);
         for (pass, planned) in graph.passes().iter().zip(&plan.passes) {
             let at = |(what, resource): Hazard| {
                 let resource = resource.map_or("memory", |index| &graph.resources()[index].name);
@@ -64,6 +68,12 @@ pub fn check<P>(graph: &Graph<P>, plan: &Plan, placed: Placed<'_>) -> Result<(),
                 machine.run(pass).map_err(at)?;
             }
         }
+        let at = |(what, resource): Hazard| {
+            let resource = resource.map_or("memory", |index| &graph.resources()[index].name);
+            format!("frame {frame}, after its passes, {resource}: {what}")
+        };
+        machine.batch(None, &plan.release).map_err(at)?;
+        machine.hand_over().map_err(at)?;
     }
     Ok(())
 }
@@ -80,11 +90,15 @@ impl<'a, P> Machine<'a, P> {
             cells: vec![Cell::default(); cell_count],
             cells_of,
             layouts: vec![ImageLayout::UNDEFINED; count],
+            places: (0..count).collect(),
         };
         for &(image, layout) in &plan.initial {
             machine.layouts[Handle::from(image).index()] = layout;
         }
         for (index, resource) in graph.resources().iter().enumerate() {
+            if resource.lifetime == Lifetime::Imported {
+                machine.layouts[index] = resting_layout(resource);
+            }
             if resource.lifetime != Lifetime::Transient {
                 machine.cells_of(index).iter_mut().for_each(|cell| cell.owner = Some(index));
             }
@@ -92,22 +106,49 @@ impl<'a, P> Machine<'a, P> {
         machine
     }
 
-    fn cells_of(&mut self, index: usize) -> &mut [Cell] {
-        &mut self.cells[self.cells_of[index].clone()]
+    /// Cells of a physical resource.
+    fn cells_of(&mut self, place: usize) -> &mut [Cell] {
+        &mut self.cells[self.cells_of[place].clone()]
     }
 
-    /// What is handed over anew.
-    fn begin_frame(&mut self) {
+    /// What is handed over anew, and what changes places.
+    fn begin_frame(&mut self, frame: usize) {
         for (index, resource) in self.graph.resources().iter().enumerate() {
             let (layout, cell) = match resource.lifetime {
                 Lifetime::Acquired => (ImageLayout::UNDEFINED, acquired(index)),
                 Lifetime::Continued => (ImageLayout::COLOR_ATTACHMENT_OPTIMAL, continued(index)),
                 Lifetime::Readback => (ImageLayout::UNDEFINED, Cell::default()),
-                Lifetime::Transient | Lifetime::Persistent | Lifetime::Imported => continue,
+                Lifetime::Imported => (self.layouts[index], read_anywhere(index)),
+                Lifetime::Current { previous } => {
+                    if frame > 0 {
+                        self.places.swap(previous.index(), index);
+                    }
+                    // What it wrote two frames ago means nothing.
+                    let place = self.places[index];
+                    self.cells_of(place).iter_mut().for_each(|cell| cell.owner = None);
+                    continue;
+                }
+                Lifetime::Transient | Lifetime::Persistent | Lifetime::Previous { .. } => continue,
             };
             self.layouts[index] = layout;
             self.cells_of(index).fill(cell);
         }
+    }
+
+    /// What other graphs, which have no barriers for it, expect of imported resources.
+    fn hand_over(&self) -> Result<(), Hazard> {
+        for (index, resource) in self.graph.resources().iter().enumerate() {
+            if resource.lifetime != Lifetime::Imported {
+                continue;
+            }
+            if self.layouts[index] != resting_layout(resource) {
+                return Err(("left in another layout than others expect", Some(index)));
+            }
+            for cell in &self.cells[self.cells_of[index].clone()] {
+                judge(cell, Stage::ALL_COMMANDS, Mask::MEMORY_READ, true, false).map_err(|what| (what, Some(index)))?;
+            }
+        }
+        Ok(())
     }
 
     /// Plays one batch of barriers.
@@ -119,8 +160,9 @@ impl<'a, P> Machine<'a, P> {
         }
         for barrier in barriers {
             let index = barrier.resource.index();
-            let cells = &mut self.cells[self.cells_of[index].clone()];
-            apply(barrier, &mut self.layouts[index], cells).map_err(|what| (what, Some(index)))?;
+            let place = self.places[index];
+            let cells = &mut self.cells[self.cells_of[place].clone()];
+            apply(barrier, place, &mut self.layouts[place], cells).map_err(|what| (what, Some(index)))?;
         }
         Ok(())
     }
@@ -131,11 +173,12 @@ impl<'a, P> Machine<'a, P> {
             let index = used.resource.index();
             let kind = self.graph.resources()[index].info.kind();
             let scope = used.access.sync(kind);
-            if kind != Kind::Buffer && self.layouts[index] != scope.layout {
+            let place = self.places[index];
+            if kind != Kind::Buffer && self.layouts[place] != scope.layout {
                 return Err(("wrong layout", Some(index)));
             }
-            for cell in &self.cells[self.cells_of[index].clone()] {
-                if used.access.is_read() && cell.owner != Some(index) {
+            for cell in &self.cells[self.cells_of[place].clone()] {
+                if used.access.is_read() && cell.owner != Some(place) {
                     return Err(("reads contents that are gone", Some(index)));
                 }
                 judge(cell, scope.stages, scope.access, used.access.is_read(), used.access.is_write())
@@ -148,13 +191,14 @@ impl<'a, P> Machine<'a, P> {
             let index = used.resource.index();
             let scope = used.access.sync(self.graph.resources()[index].info.kind());
             let fresh = writes(index) && cleared.insert(index);
-            for cell in self.cells_of(index) {
+            let place = self.places[index];
+            for cell in self.cells_of(place) {
                 if fresh {
                     // Every earlier operation is ordered before this write, so it stands for them all.
                     cell.ops.clear();
-                    cell.owner = Some(index);
+                    cell.owner = Some(place);
                 }
-                record(cell, index, scope.stages, scope.access, used.access.is_write());
+                record(cell, place, scope.stages, scope.access, used.access.is_write());
             }
         }
         Ok(())
@@ -166,6 +210,21 @@ fn acquired(through: usize) -> Cell {
     let mut cell = Cell::default();
     record(&mut cell, through, Stage::COLOR_ATTACHMENT_OUTPUT, Mask::NONE, false);
     cell
+}
+
+/// Contents that every other graph on the queue may have read anywhere, and all see.
+fn read_anywhere(owner: usize) -> Cell {
+    let mut cell = Cell { ops: Vec::new(), owner: Some(owner) };
+    record(&mut cell, owner, Stage::ALL_COMMANDS, Mask::NONE, false);
+    cell
+}
+
+/// Layout of an imported resource between frames.
+fn resting_layout(resource: &Resource) -> ImageLayout {
+    match resource.info {
+        ResourceInfo::Buffer(_) => ImageLayout::UNDEFINED,
+        ResourceInfo::Image(_) => ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+    }
 }
 
 /// Memory that another graph on the same queue has drawn to.
@@ -200,23 +259,22 @@ fn apply_takeover(barrier: &MemoryBarrier, cell: &mut Cell) {
     let seen = pairs(barrier.dst_stage, barrier.dst_access);
     for op in &mut cell.ops {
         if reaches(op, barrier.src_stage) {
-            op.ordered |= barrier.dst_stage.as_raw();
+            op.ordered |= all_of(barrier.dst_stage);
             make_visible(op, barrier.src_stage, barrier.src_access, &seen);
         }
     }
 }
 
-fn apply(barrier: &Barrier, layout: &mut ImageLayout, cells: &mut [Cell]) -> Result<(), &'static str> {
+fn apply(barrier: &Barrier, through: usize, layout: &mut ImageLayout, cells: &mut [Cell]) -> Result<(), &'static str> {
     let seen = pairs(barrier.dst_stage, barrier.dst_access);
     let transition = barrier.old_layout != barrier.new_layout;
-    let through = barrier.resource.index();
     if transition {
         if barrier.old_layout != ImageLayout::UNDEFINED && barrier.old_layout != *layout {
             return Err("transition from a layout the image is not in");
         }
         *layout = barrier.new_layout;
     }
-    let ordered = barrier.dst_stage.as_raw();
+    let ordered = all_of(barrier.dst_stage);
     for cell in cells {
         for op in &mut cell.ops {
             if !reaches(op, barrier.src_stage) {
@@ -247,11 +305,11 @@ fn apply(barrier: &Barrier, layout: &mut ImageLayout, cells: &mut [Cell]) -> Res
 
 /// Whether the source stages of a barrier cover an operation, itself or by an earlier barrier.
 fn reaches(op: &Op, src: Stage) -> bool {
-    (op.stage | op.ordered_before) & src.as_raw() != 0
+    (op.stage | op.ordered_before) & all_of(src) != 0
 }
 
 fn make_visible(op: &mut Op, src: Stage, access: Mask, seen: &HashSet<(u64, u64)>) {
-    op.available |= op.stage & src.as_raw() != 0 && op.write & access.as_raw() != 0;
+    op.available |= op.stage & all_of(src) != 0 && op.write & access.as_raw() != 0;
     if op.write != 0 && op.available {
         op.visible.extend(seen);
     }
@@ -259,6 +317,7 @@ fn make_visible(op: &mut Op, src: Stage, access: Mask, seen: &HashSet<(u64, u64)
 
 fn judge(cell: &Cell, stages: Stage, access: Mask, reads: bool, writes: bool) -> Result<(), &'static str> {
     let stages_raw = stages.as_raw();
+    let reading = if reads { pairs(stages, access) } else { HashSet::new() };
     for op in cell.ops.iter().filter(|op| writes || op.write != 0) {
         if op.ordered & stages_raw != stages_raw {
             return Err("not ordered after an earlier use");
@@ -266,8 +325,10 @@ fn judge(cell: &Cell, stages: Stage, access: Mask, reads: bool, writes: bool) ->
         if op.write != 0 && !op.available {
             return Err("earlier write not available");
         }
-        let mut read = pairs(stages, access).into_iter().filter(|&(_, mask)| mask & writing() == 0);
-        if reads && op.write != 0 && !read.all(|pair| op.visible.contains(&pair)) {
+        // A barrier for all reads of all commands leaves nothing to be made visible.
+        let everything = op.visible.contains(&(Stage::ALL_COMMANDS.as_raw(), Mask::MEMORY_READ.as_raw()));
+        let mut read = reading.iter().filter(|&&(_, mask)| mask & writing() == 0);
+        if reads && op.write != 0 && !everything && !read.all(|pair| op.visible.contains(pair)) {
             return Err("earlier write not visible");
         }
     }
@@ -282,10 +343,16 @@ fn record(cell: &mut Cell, through: usize, stages: Stage, access: Mask, write: b
     }
 }
 
+/// The stages that a barrier names: one of all commands names every single one.
+fn all_of(stages: Stage) -> u64 {
+    if stages.contains(Stage::ALL_COMMANDS) { u64::MAX } else { stages.as_raw() }
+}
+
 fn writing() -> u64 {
     (Mask::SHADER_STORAGE_WRITE
         | Mask::COLOR_ATTACHMENT_WRITE
         | Mask::DEPTH_STENCIL_ATTACHMENT_WRITE
+        | Mask::ACCELERATION_STRUCTURE_WRITE_KHR
         | Mask::TRANSFER_WRITE)
         .as_raw()
 }

@@ -3,7 +3,9 @@
 mod aliasing;
 mod checker;
 mod errors;
+mod history;
 mod hoisting;
+mod imported;
 mod random;
 mod scenarios;
 

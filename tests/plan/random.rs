@@ -7,7 +7,7 @@ use gridlight::graph::{
 
 use crate::{Frame, Lcg, checker, color, depth};
 
-const ACCESSES: [Access; 22] = [
+const ACCESSES: [Access; 25] = [
     Access::ComputeRead,
     Access::ComputeWrite,
     Access::ComputeReadWrite,
@@ -27,15 +27,18 @@ const ACCESSES: [Access; 22] = [
     Access::IndirectRead,
     Access::VertexBuffer,
     Access::IndexBuffer,
+    Access::ComputeTrace,
+    Access::StructureInput,
+    Access::StructureBuild,
     Access::TransferRead,
     Access::TransferWrite,
     Access::HostRead,
 ];
 
-/// A resource of any lifetime.
-fn random_resource(frame: &mut Frame, random: &mut Lcg, name: &str) -> Handle {
-    match random.below(12) {
-        0 => frame.imported_buffer(name, 64).into(),
+/// A resource of any lifetime, or a pair that changes places.
+fn random_resource(frame: &mut Frame, random: &mut Lcg, name: &str) -> Vec<Handle> {
+    let one = match random.below(18) {
+        0 => frame.imported_buffer(name).into(),
         1 => frame.persistent_buffer(name, 64).into(),
         2 => frame.persistent_image(name, color()).into(),
         3 => frame.persistent_image(name, depth()).into(),
@@ -44,15 +47,25 @@ fn random_resource(frame: &mut Frame, random: &mut Lcg, name: &str) -> Handle {
         6 => frame.acquired_image(name, color()).into(),
         7 => frame.continued_image(name, color()).into(),
         8 => frame.readback_buffer(name, 64).into(),
+        9 => frame.imported_image(name, color().format).into(),
+        10 => {
+            let pair = frame.history_buffer(name, 64);
+            return vec![pair.previous.into(), pair.current.into()];
+        }
+        11 => {
+            let pair = frame.history_image(name, if random.below(2) == 0 { color() } else { depth() });
+            return vec![pair.previous.into(), pair.current.into()];
+        }
         _ => frame.transient_buffer(name, 64).into(),
-    }
+    };
+    vec![one]
 }
 
 fn random_frame(random: &mut Lcg) -> Frame {
     let mut frame = Graph::new();
     let count = 1 + random.below(8);
     let handles: Vec<Handle> =
-        (0..count).map(|index| random_resource(&mut frame, random, &format!("resource {index}"))).collect();
+        (0..count).flat_map(|index| random_resource(&mut frame, random, &format!("resource {index}"))).collect();
     let mut written = vec![false; handles.len()];
     for index in 0..1 + random.below(10) {
         let mut pass = Pass::new(format!("pass {index}"), ());
@@ -61,13 +74,11 @@ fn random_frame(random: &mut Lcg) -> Frame {
                 continue;
             }
             let resource = &frame.resources()[handle.index()];
-            let begins_empty =
-                matches!(resource.lifetime, Lifetime::Transient | Lifetime::Acquired | Lifetime::Readback);
             let fitting: Vec<Access> = ACCESSES
                 .into_iter()
                 .filter(|access| access.fits(resource.info.kind()))
-                .filter(|access| resource.lifetime != Lifetime::Imported || !access.is_write())
-                .filter(|access| !begins_empty || written[slot] || !access.is_read())
+                .filter(|access| !only_read(resource.lifetime) || !access.is_write())
+                .filter(|access| !resource.lifetime.starts_empty() || written[slot] || !access.is_read())
                 .collect();
             let access = fitting[random.below(fitting.len())];
             written[slot] |= access.is_write();
@@ -75,6 +86,7 @@ fn random_frame(random: &mut Lcg) -> Frame {
         }
         frame.add_pass(if random.below(6) == 0 { pass.repeated() } else { pass });
     }
+    renew_histories(&mut frame, &handles, &written);
     let shown = |slot: &usize| frame.resources()[handles[*slot].index()].lifetime.is_acquired() && written[*slot];
     let ends: Vec<Handle> = (0..handles.len()).filter(shown).map(|slot| handles[slot]).collect();
     if !ends.is_empty() {
@@ -82,6 +94,23 @@ fn random_frame(random: &mut Lcg) -> Frame {
         frame.add_pass(ends.into_iter().fold(present, |pass, image| pass.uses(image, Access::Present)));
     }
     frame
+}
+
+fn only_read(lifetime: Lifetime) -> bool {
+    matches!(lifetime, Lifetime::Previous { .. })
+}
+
+/// A pass that writes what has to be written in every frame and was not.
+fn renew_histories(frame: &mut Frame, handles: &[Handle], written: &[bool]) {
+    let stale = |slot: &usize| {
+        let resource = &frame.resources()[handles[*slot].index()];
+        matches!(resource.lifetime, Lifetime::Current { .. }) && !written[*slot]
+    };
+    let stale: Vec<Handle> = (0..handles.len()).filter(stale).map(|slot| handles[slot]).collect();
+    if !stale.is_empty() {
+        let renew = Pass::new("renew", ());
+        frame.add_pass(stale.into_iter().fold(renew, |pass, current| pass.uses(current, Access::TransferWrite)));
+    }
 }
 
 fn random_requirements(frame: &Frame, random: &mut Lcg) -> Vec<Option<Requirement>> {
@@ -107,6 +136,11 @@ fn without_one_barrier(plan: &Plan) -> Vec<(Plan, Barrier)> {
             all.push((broken, gone));
         }
     }
+    for barrier in 0..plan.release.len() {
+        let mut broken = plan.clone();
+        let gone = broken.release.remove(barrier);
+        all.push((broken, gone));
+    }
     all
 }
 
@@ -114,7 +148,7 @@ fn without_one_barrier(plan: &Plan) -> Vec<(Plan, Barrier)> {
 fn random_frames_have_no_hazards_and_no_needless_barrier() {
     let mut random = Lcg(1);
     let (mut removed, mut saved, mut moved, mut missed) = (0, 0, 0, 0);
-    for round in 0..2000 {
+    for round in 0..1200 {
         let frame = random_frame(&mut random);
         let mut planned = plan(&frame).unwrap_or_else(|error| panic!("round {round}: {error}"));
         checker::check(&frame, &planned, None).unwrap_or_else(|hazard| panic!("round {round}: {hazard}"));
@@ -131,8 +165,8 @@ fn random_frames_have_no_hazards_and_no_needless_barrier() {
             missed += usize::from(checker::check(&frame, &broken, None).is_err());
         }
     }
-    assert!(removed > 10_000, "only {removed} barriers were put to the test");
-    assert!(saved > 1000, "only {saved} batches were saved");
+    assert!(removed > 6_000, "only {removed} barriers were put to the test");
+    assert!(saved > 600, "only {saved} batches were saved");
     // A later reader's barrier may have moved before an earlier reader, which then has two.
     assert!(100 * missed > 98 * moved, "{missed} of {moved} moved barriers were missed");
 }
@@ -141,7 +175,7 @@ fn random_frames_have_no_hazards_and_no_needless_barrier() {
 fn random_frames_share_memory_without_hazards() {
     let mut random = Lcg(2);
     let (mut unaware, mut takeovers, mut missed) = (0, 0, 0);
-    for round in 0..2000 {
+    for round in 0..1200 {
         let frame = random_frame(&mut random);
         let mut planned = plan(&frame).unwrap_or_else(|error| panic!("round {round}: {error}"));
         let requirements = random_requirements(&frame, &mut random);
@@ -170,5 +204,5 @@ fn random_frames_share_memory_without_hazards() {
     }
     assert!(unaware > 100, "only {unaware} frames were wrong before the alias barriers");
     // A few are covered by what orders an image's transition, or by another resource's on the same memory.
-    assert!(missed > 500 && 10 * missed > 7 * takeovers, "{missed} of {takeovers} memory barriers were missed");
+    assert!(missed > 300 && 10 * missed > 7 * takeovers, "{missed} of {takeovers} memory barriers were missed");
 }

@@ -39,7 +39,7 @@ fn write_then_read_and_the_next_frame() {
 #[test]
 fn reads_only_need_no_barrier() {
     let mut frame = Graph::new();
-    let scene = frame.imported_buffer("vertices", 64);
+    let scene = frame.imported_buffer("vertices");
     let kept = frame.persistent_buffer("table", 64);
     let unused = frame.transient_buffer("unused", 64);
     for name in ["a", "b"] {

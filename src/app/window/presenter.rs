@@ -407,7 +407,7 @@ fn submit(
     let mut begin = |side: &mut Side, settings, part_px| {
         side.prepare(&Job::new(gpu, uploaded, request.camera, settings), request);
         if let Some(lights) = lights.take() {
-            side.renderer.update_lights(lights);
+            side.renderer.update_lights(lights)?;
         }
         side.renderer.submit_to(&mut WindowTarget { target, part_px: Some(part_px), overlay: &mut *overlay })
     };

@@ -62,7 +62,7 @@ pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Add
 /// The hierarchy alone, over lights that the caller writes to the S0 buffers: how the stages are tested.
 #[must_use]
 pub fn build_hierarchy(frame: FrameShape, shape: &LghShape) -> (Graph<Work>, HierarchyOutputs) {
-    let mut frame = Frame::new(frame);
+    let mut frame = Frame::without_scene(frame);
     let lights = compaction::declare_lights(&mut frame, &shape.lights);
     let hierarchy = add_grids(&mut frame, shape, lights, true);
     (frame.graph, hierarchy)

@@ -1,0 +1,73 @@
+//! The scene as resources of the frame. Shaders reach it through descriptor set 1; what a pass declares here is what
+//! it waits for when another pass writes to the scene.
+
+use ash::vk;
+
+use crate::gpu::{ScenePart, Work};
+use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Pass};
+use crate::settings::Rays;
+
+/// The scene's parts, which every frame of every graph shares.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneParts {
+    /// Scene vertices.
+    pub vertices: BufferHandle,
+    /// Three indices per triangle.
+    pub indices: BufferHandle,
+    /// `GpuMaterial`s.
+    pub materials: BufferHandle,
+    /// `PunctualLight`s, directional and spot lights first.
+    pub lights: BufferHandle,
+    /// BVH triangles in leaf order.
+    pub triangles: ImageHandle,
+    /// What rays walk through.
+    pub walked: Walked,
+}
+
+/// What rays walk through to find triangles.
+#[derive(Clone, Copy, Debug)]
+pub enum Walked {
+    /// BVH nodes.
+    Bvh(ImageHandle),
+    /// The top acceleration structure, the bottom one, and the places of its triangles in the BVH.
+    Structures([BufferHandle; 3]),
+}
+
+impl SceneParts {
+    /// Declares the scene, with what these rays walk through.
+    pub fn declare(graph: &mut Graph<Work>, rays: Rays) -> Self {
+        let mut buffer = |part: ScenePart| graph.imported_buffer(part.name());
+        let [vertices, indices, materials, lights] =
+            [ScenePart::Vertices, ScenePart::Indices, ScenePart::Materials, ScenePart::Lights].map(&mut buffer);
+        let structures = [ScenePart::TopStructure, ScenePart::BottomStructure, ScenePart::StructureTriangles];
+        let structures = (rays == Rays::Query).then(|| structures.map(&mut buffer));
+        let words = vk::Format::R32G32B32A32_UINT;
+        let mut image = |part: ScenePart| graph.imported_image(part.name(), words);
+        let triangles = image(ScenePart::Triangles);
+        let walked = structures.map_or_else(|| Walked::Bvh(image(ScenePart::Nodes)), Walked::Structures);
+        Self { vertices, indices, materials, lights, triangles, walked }
+    }
+
+    /// A compute pass that traces rays, looks at what they hit, and reads the scene's lights.
+    #[must_use]
+    pub fn read_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        let buffers = [self.vertices, self.indices, self.materials, self.lights];
+        let pass = buffers.into_iter().fold(pass, |pass, buffer| pass.uses(buffer, Access::ComputeRead));
+        let pass = pass.uses(self.triangles, Access::ComputeSampled);
+        match self.walked {
+            Walked::Bvh(nodes) => pass.uses(nodes, Access::ComputeSampled),
+            Walked::Structures([top, bottom, triangles]) => pass
+                .uses(top, Access::ComputeTrace)
+                .uses(bottom, Access::ComputeTrace)
+                .uses(triangles, Access::ComputeRead),
+        }
+    }
+
+    /// A pass that draws the scene.
+    #[must_use]
+    pub fn drawn_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        pass.uses(self.vertices, Access::VertexBuffer)
+            .uses(self.indices, Access::IndexBuffer)
+            .uses(self.materials, Access::FragmentRead)
+    }
+}

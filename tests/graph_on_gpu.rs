@@ -1,0 +1,203 @@
+//! Kinds of resources that the frame graph knows, put to work on the GPU by passes of their own.
+
+mod common;
+
+use ash::vk::Format;
+use common::gpu;
+use common::rooms::furnished_room;
+use glam::Vec3;
+use gridlight::gpu::{Executor, ScenePart, TransferOp, Work};
+use gridlight::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass};
+use gridlight::passes::{shader, threads};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
+use gridlight::scene::{Light, Scene};
+use gridlight::settings::{Settings, Size, Technique};
+use gridlight::shared::PunctualLight;
+
+/// A frame that counts frames in a buffer and in an image.
+struct Counter {
+    executor: Executor,
+    count: History<BufferHandle>,
+    image: History<ImageHandle>,
+}
+
+impl Counter {
+    fn new(gpu: &common::GpuTest) -> Self {
+        let mut graph = Graph::new();
+        let constants = graph.transient_buffer("constants", 16);
+        let count = graph.history_buffer("count", 4);
+        let image =
+            graph.history_image("count_image", ImageInfo { format: Format::R32_UINT, width_px: 1, height_px: 1 });
+        let setup = Work::Transfer(vec![TransferOp::FrameData { buffer: constants }]);
+        graph.add_pass(Pass::new("setup", setup).uses(constants, Access::TransferWrite));
+        let count_pass = Pass::new("count_frames", Work::Compute(shader("tests/count_frames", threads(1))))
+            .bind("constants", constants, Access::ComputeUniform)
+            .bind("previous_count", count.previous, Access::ComputeRead)
+            .bind("count", count.current, Access::ComputeWrite)
+            .bind("previous_count_image", image.previous, Access::ComputeSampled)
+            .bind("count_image", image.current, Access::ComputeWrite);
+        graph.add_pass(count_pass);
+        Self { executor: Executor::new(&gpu.gpu, graph, None).unwrap(), count, image }
+    }
+
+    fn constants(&self) -> [u32; 4] {
+        [u32::from(self.executor.history_is_valid()), 0, 0, 0]
+    }
+
+    /// Runs so many frames, two in flight, and gives both counts.
+    fn run(&mut self, frames: u32) -> [u32; 2] {
+        let mut before = None;
+        for _ in 0..frames {
+            let constants = self.constants();
+            let ticket = self.executor.submit(bytemuck::cast_slice(&constants)).unwrap();
+            if let Some(before) = before.replace(ticket) {
+                self.executor.wait(before).unwrap();
+            }
+        }
+        if let Some(last) = before {
+            self.executor.wait(last).unwrap();
+        }
+        self.counts(self.count.current, self.image.current)
+    }
+
+    fn counts(&self, buffer: BufferHandle, image: ImageHandle) -> [u32; 2] {
+        let word = |bytes: Vec<u8>| bytemuck::pod_read_unaligned(&bytes[..4]);
+        [word(self.executor.read_buffer(buffer).unwrap()), word(self.executor.read_image(image).unwrap())]
+    }
+}
+
+#[test]
+fn what_each_frame_adds_one_to_counts_frames_from_the_last_cut() {
+    let gpu = gpu();
+    let mut counter = Counter::new(&gpu);
+    assert!(!counter.executor.history_is_valid(), "nothing was before the first frame");
+    assert_eq!(counter.run(1), [1, 1]);
+    assert!(counter.executor.history_is_valid());
+    for frames in 2..8 {
+        assert_eq!(counter.run(1), [frames; 2]);
+        assert_eq!(counter.counts(counter.count.previous, counter.image.previous), [frames - 1; 2]);
+    }
+    assert_eq!(counter.run(6), [13, 13], "two frames in flight");
+    counter.executor.invalidate_history();
+    assert_eq!(counter.run(4), [4, 4], "from the cut on");
+    let mut other = Counter::new(&gpu);
+    assert_eq!(other.run(3), [3, 3], "another size is another executor, which starts anew");
+}
+
+#[test]
+fn a_dump_repeats_the_last_frame_with_the_history_it_had() {
+    let gpu = gpu();
+    let mut counter = Counter::new(&gpu);
+    for frames in 1..5 {
+        let valid = counter.constants();
+        assert_eq!(counter.run(1), [frames; 2]);
+        let mut written = Vec::new();
+        let visit = |_, left: Vec<gridlight::gpu::Written>| {
+            written.extend(left.into_iter().map(|left| (left.resource, left.bytes)));
+            Ok(())
+        };
+        counter.executor.run_and_read(bytemuck::cast_slice(&valid), visit).unwrap();
+        let resources = counter.executor.graph().resources();
+        let count_of = |name: &str| {
+            let (_, bytes) = written.iter().find(|(resource, _)| resources[*resource].name == name).unwrap();
+            bytemuck::pod_read_unaligned::<u32>(&bytes[..4])
+        };
+        assert_eq!([count_of("count"), count_of("count_image")], [frames; 2], "the same frame once more");
+    }
+}
+
+/// A room under two lamps that only shine to one side.
+fn lamps() -> Scene {
+    let lamp = |x: f32| Light::Spot {
+        position_ws: Vec3::new(x, 1.5, 0.0),
+        direction_ws: Vec3::NEG_Y,
+        intensity: Vec3::splat(5.0),
+        inner_cos: 0.9,
+        outer_cos: 0.6,
+    };
+    Scene { lights: vec![lamp(-0.8), lamp(0.9)], ..furnished_room() }
+}
+
+fn direct() -> Settings {
+    Settings::default().changed(|s| {
+        s.picture.size = Size { width: 64, height: 48 };
+        s.render.technique = Technique::Direct;
+    })
+}
+
+fn picture(renderer: &mut Renderer) -> Vec<f32> {
+    let ticket = renderer.submit().unwrap();
+    renderer.wait(ticket).unwrap();
+    renderer.read_radiance().unwrap()
+}
+
+/// A graph that copies new lights into the scene's, then what the scene has into a buffer of its own.
+fn light_mover(gpu: &common::GpuTest, uploaded: &UploadedScene, lights: &[PunctualLight]) -> (Executor, BufferHandle) {
+    let size_bytes = size_of_val(lights) as u64;
+    let mut graph = Graph::new();
+    let moved = graph.persistent_buffer("moved", size_bytes);
+    let seen = graph.persistent_buffer("seen", size_bytes);
+    let scene_lights = graph.imported_buffer(ScenePart::Lights.name());
+    let copy = |from, to| Work::Transfer(vec![TransferOp::Copy { from, to, offset_bytes: 0 }]);
+    let pass = |name, from, to| {
+        Pass::new(name, copy(from, to)).uses(from, Access::TransferRead).uses(to, Access::TransferWrite)
+    };
+    graph.add_pass(pass("move", moved, scene_lights));
+    graph.add_pass(pass("see", scene_lights, seen));
+    let executor = Executor::new(&gpu.gpu, graph, Some(uploaded.set().clone())).unwrap();
+    executor.write_buffer(moved, bytemuck::cast_slice(lights)).unwrap();
+    (executor, seen)
+}
+
+#[test]
+fn a_pass_that_moves_lights_is_seen_by_the_next_pass_and_by_other_graphs() {
+    let gpu = gpu();
+    let scene = lamps();
+    let upload = || UploadedScene::new(&gpu.gpu, &scene).unwrap();
+    let renderer_of = |uploaded| Renderer::new(&Job::new(&gpu.gpu, uploaded, &scene.cameras[0], &direct())).unwrap();
+    let uploaded = upload();
+    let mut moved = uploaded.other_lights().to_vec();
+    assert_eq!(moved.len(), 2);
+    moved[0].position_ws = [-0.2, 1.2, 0.6];
+    moved[1].intensity = [1.0, 7.0, 2.0];
+
+    let (mut mover, seen) = light_mover(&gpu, &uploaded, &moved);
+    let mut renderer = renderer_of(&uploaded);
+    let before = picture(&mut renderer);
+    let ticket = mover.submit(&[]).unwrap();
+    // Nothing waits for the first graph but the barriers.
+    let by_pass = picture(&mut renderer);
+    mover.wait(ticket).unwrap();
+    assert_eq!(mover.read_buffer(seen).unwrap(), bytemuck::cast_slice::<_, u8>(&moved));
+
+    let mut other = renderer_of(&upload());
+    assert_eq!(picture(&mut other), before);
+    other.update_lights(&moved).unwrap();
+    let by_update = picture(&mut other);
+    assert!(before != by_update, "the lamps have moved");
+    assert!(by_pass == by_update, "a pass of another graph moves them like an update");
+    assert!(picture(&mut other) == by_update, "an update lasts");
+}
+
+#[test]
+fn any_number_of_lights_is_updated_and_more_than_there_are_is_an_error() {
+    let gpu = gpu();
+    let mut scene = lamps();
+    let lamp = scene.lights[0].clone();
+    // Two commands and a part of a third.
+    scene.lights = vec![lamp; 2500];
+    let uploaded = UploadedScene::new(&gpu.gpu, &scene).unwrap();
+    let mut lights = uploaded.other_lights().to_vec();
+    for (index, light) in lights.iter_mut().enumerate() {
+        light.intensity = [index as f32, 0.0, 1.0];
+    }
+    let small = direct().changed(|s| s.picture.size = Size { width: 4, height: 4 });
+    let mut renderer = Renderer::new(&Job::new(&gpu.gpu, &uploaded, &scene.cameras[0], &small)).unwrap();
+    renderer.update_lights(&lights).unwrap();
+    picture(&mut renderer);
+    let on_device = uploaded.read_back(&gpu.gpu).unwrap().lights;
+    assert!(on_device == bytemuck::cast_slice::<_, u8>(&lights), "every light of the update is there");
+    lights.push(lights[0]);
+    let error = renderer.update_lights(&lights).expect_err("there is no room for one more");
+    assert!(error.to_string().contains("160064 bytes of lights do not fit into the scene's 160000"), "{error}");
+}

@@ -16,6 +16,7 @@ mod interfaces;
 mod markers;
 #[cfg(feature = "window")]
 mod panel;
+mod physical;
 mod pipeline;
 mod pipeline_file;
 mod pipelines;

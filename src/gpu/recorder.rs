@@ -6,8 +6,9 @@ use std::ops::Range;
 use ash::vk;
 
 use super::compiled::{CompiledFrame, CompiledPass};
+use super::physical::Physical;
 use super::pipeline::Pipeline;
-use super::resources::{Physical, whole_image};
+use super::resources::whole_image;
 use super::target::WindowTarget;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;

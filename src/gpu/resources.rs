@@ -9,6 +9,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use super::buffer::Buffer;
 use super::check;
 use super::device::Device;
+use super::physical::Physical;
 use super::scene_set::SceneSet;
 use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::work::Work;
@@ -17,20 +18,6 @@ use crate::graph::{
     AliasPlan, BufferInfo, Graph, Handle, ImageInfo, Lifetime, Plan, Requirement, Resource, ResourceInfo,
     add_alias_barriers, assign, hoist,
 };
-
-/// A buffer or an image of the frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Physical {
-    Buffer { raw: vk::Buffer, size_bytes: u64 },
-    Image { raw: vk::Image, view: vk::ImageView, info: ImageInfo },
-}
-
-impl Physical {
-    /// Stands for an image that the frame does not have now.
-    pub(super) fn unacquired(info: ImageInfo) -> Self {
-        Self::Image { raw: vk::Image::null(), view: vk::ImageView::null(), info }
-    }
-}
 
 /// Memory figures of a compiled frame.
 #[derive(Clone, Copy, Debug, Default)]

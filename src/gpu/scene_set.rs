@@ -11,7 +11,7 @@ use super::check;
 use super::descriptors::{Bound, Sets};
 use super::device::Device;
 use super::image::{Image, TextureInfo};
-use super::resources::Physical;
+use super::physical::Physical;
 use super::transfer::{Subresource, upload_buffer, upload_image};
 use super::word_image::WordImage;
 use crate::error::{Error, Result};

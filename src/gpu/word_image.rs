@@ -7,7 +7,7 @@ use ash::vk;
 use super::descriptors::Bound;
 use super::device::Device;
 use super::image::{Image, TextureInfo};
-use super::resources::Physical;
+use super::physical::Physical;
 use super::transfer::{Subresource, download_image, upload_image};
 use crate::error::{Error, Result};
 use crate::graph::ImageInfo;

@@ -100,6 +100,7 @@ impl Renderer {
     /// # Errors
     /// When the device is lost, and those of the overlay.
     pub fn submit_to(&mut self, shown: &mut WindowTarget<'_>) -> Result<FrameTicket> {
+        self.follow_last_frame();
         self.executor.submit_to(bytemuck::bytes_of(&self.data), shown)
     }
 

@@ -43,6 +43,8 @@ pub struct Renderer {
     camera: Camera,
     seed: u32,
     data: FrameData,
+    /// `clip_from_world` and `eye_ws` of the last frame submitted.
+    last_view: ([[f32; 4]; 4], [f32; 3]),
     shapes: Shapes,
     /// What the frame has behind the picture for a window, and where in its readback each buffer of
     /// [`live::told_buffers`] is.
@@ -84,7 +86,9 @@ impl Renderer {
         let mut executor = Executor::new(job.gpu, graph, Some(Arc::clone(&job.scene.set)))?;
         executor.set_max_submit_ms(f64::from(job.settings.device.max_submit_ms));
         let data = frame_data(job, &shapes);
-        Ok(Self { executor, outputs, camera: job.camera.clone(), seed: job.settings.tracing.seed, data, shapes, shown })
+        let last_view = (data.clip_from_world, data.eye_ws);
+        let (camera, seed) = (job.camera.clone(), job.settings.tracing.seed);
+        Ok(Self { executor, outputs, camera, seed, data, last_view, shapes, shown })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
@@ -106,6 +110,7 @@ impl Renderer {
     /// # Errors
     /// When the device is lost.
     pub fn run_in_steps(&mut self, max_submit_ms: f64, on_step: &mut OnStep) -> Result<SteppedFrame> {
+        self.follow_last_frame();
         self.executor.run_in_steps(bytemuck::bytes_of(&self.data), max_submit_ms, on_step)
     }
 
@@ -114,7 +119,22 @@ impl Renderer {
     /// # Errors
     /// When the device is lost.
     pub fn submit(&mut self) -> Result<FrameTicket> {
+        self.follow_last_frame();
         self.executor.submit(bytemuck::bytes_of(&self.data))
+    }
+
+    /// The next frame has nothing to do with the one before: its history is not valid, and its previous camera is its own.
+    pub fn cut(&mut self) {
+        self.executor.invalidate_history();
+    }
+
+    /// Tells the frame that is about to be submitted what it follows.
+    fn follow_last_frame(&mut self) {
+        let valid = self.executor.history_is_valid();
+        let own = (self.data.clip_from_world, self.data.eye_ws);
+        (self.data.previous_clip_from_world, self.data.previous_eye_ws) = if valid { self.last_view } else { own };
+        self.data.history_is_valid = valid.into();
+        self.last_view = own;
     }
 
     /// Waits for a frame.

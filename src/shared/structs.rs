@@ -80,6 +80,12 @@ shared_structs! {
         pub inspected_pixel: [u32; 2],
         /// Per level 0..=MAX_LEVEL+1: vertices per axis; words per row; first word; first word of the next level.
         pub levels: [[u32; 4]; LEVEL_ROWS],
+        /// Of the frame before, `clip_from_world`; this frame's own where the history is not valid.
+        pub previous_clip_from_world: [[f32; 4]; 4],
+        /// Of the frame before, `eye_ws`; this frame's own where the history is not valid.
+        pub previous_eye_ws: [f32; 3],
+        /// 1 when history resources hold what the frame before left, 0 in a first frame and after a cut.
+        pub history_is_valid: u32,
     }
 
     /// A material as traced rays see it.
@@ -236,5 +242,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 11 + 16 * LEVEL_ROWS);
+    assert!(size_of::<FrameData>() == 64 + 16 * 11 + 16 * LEVEL_ROWS + 80);
 };

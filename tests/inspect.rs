@@ -112,7 +112,7 @@ fn compare(looked: &Looked, at: [u32; 2]) -> Verdict {
         .map(|name| written.all::<[u16; 4]>("shadow_rays", name)[index].map(|bits| f16::from_bits(bits).to_f32()));
     let luminances = estimates.map(|rgb| luminance(Vec3::from_slice(&rgb)));
     let sum = |states: &[u32]| -> f32 {
-        pixel.samples.iter().filter(|s| states.contains(&s.state)).map(|s| s.estimate).sum()
+        pixel.samples.iter().take(count).filter(|s| states.contains(&s.state)).map(|s| s.estimate).sum()
     };
     let found = [sum(&[SAMPLE_VISIBLE]), sum(&[SAMPLE_VISIBLE, SAMPLE_BLOCKED])];
     if (0..2).any(|i| !near(found[i], luminances[i], HALF_TOLERANCE)) {

@@ -3,8 +3,44 @@
 mod common;
 
 use common::rooms::furnished_room;
+use gridlight::Result;
+use gridlight::gpu::{TransferOp, Work};
+use gridlight::graph::{Access, Pass};
+use gridlight::passes::Frame;
+use gridlight::passes::gbuffer::GBuffer;
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
-use gridlight::settings::{Settings, Size, Technique};
+use gridlight::settings::{Settings, Size, Technique as TechniqueName};
+use gridlight::techniques::{Added, Technique, TechniqueOutputs, TechniqueShape};
+
+/// Direct light alone, and something that is handed on from frame to frame.
+struct Remembering;
+
+#[derive(Clone, Debug, PartialEq)]
+struct RememberingShape;
+
+impl Technique for Remembering {
+    fn name(&self) -> &'static str {
+        "remembering"
+    }
+
+    fn shape(&self, _job: &Job<'_>, _known: Option<&dyn TechniqueShape>) -> Result<Box<dyn TechniqueShape>> {
+        Ok(Box::new(RememberingShape))
+    }
+}
+
+impl TechniqueShape for RememberingShape {
+    fn technique(&self) -> &'static dyn Technique {
+        &Remembering
+    }
+
+    fn add_passes(&self, frame: &mut Frame, _gbuffer: &GBuffer) -> Added {
+        let kept = frame.graph.history_buffer("kept", 16);
+        let copy = TransferOp::Copy { from: kept.previous, to: kept.current, offset_bytes: 0 };
+        let pass = Pass::new("keep", Work::Transfer(vec![copy]));
+        frame.graph.add_pass(pass.uses(kept.previous, Access::TransferRead).uses(kept.current, Access::TransferWrite));
+        Added { indirect: None, outputs: TechniqueOutputs::default(), inspect: None }
+    }
+}
 
 #[test]
 fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
@@ -14,10 +50,11 @@ fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
     // Every frame of a mean is sampled elsewhere, so that its matrix is another.
     let settings = Settings::default().changed(|s| {
         s.picture.size = Size { width: 16, height: 9 };
-        s.render.technique = Technique::Direct;
+        s.render.technique = TechniqueName::Direct;
         s.render.accumulate = 4;
     });
-    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
+    let job = Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings);
+    let mut renderer = Renderer::with_technique(&Remembering, &job).unwrap();
     let mut matrices = Vec::new();
     for (number, valid) in [(0, false), (1, true), (2, true), (3, false)] {
         if number == 3 {
@@ -33,4 +70,23 @@ fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
         assert_eq!((data.previous_clip_from_world, data.previous_eye_ws), (before, data.eye_ws), "frame {number}");
     }
     assert!(matrices.windows(2).all(|pair| pair[0] != pair[1]), "the frames differ in their matrices");
+}
+
+#[test]
+fn a_frame_that_keeps_nothing_is_the_same_whatever_came_before() {
+    let test = common::gpu();
+    let scene = furnished_room();
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let settings = Settings::default().changed(|s| {
+        s.picture.size = Size { width: 16, height: 9 };
+        s.render.technique = TechniqueName::Direct;
+    });
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
+    let first = *renderer.frame_data();
+    for _ in 0..2 {
+        let ticket = renderer.submit().unwrap();
+        renderer.wait(ticket).unwrap();
+        assert_eq!(renderer.frame_data().history_is_valid, 0);
+        assert_eq!(renderer.frame_data().previous_clip_from_world, first.clip_from_world);
+    }
 }

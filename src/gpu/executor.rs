@@ -145,10 +145,10 @@ impl Executor {
     }
 
     /// Whether the next frame finds, in what its history has of the frame before, something that belongs there:
-    /// neither in the first frame nor after a cut.
+    /// neither in the first frame nor after a cut, and never in a frame that keeps no history.
     #[must_use]
     pub fn history_is_valid(&self) -> bool {
-        self.frame.history_is_valid
+        self.frame.history_is_valid && self.frame.resources.keeps_history()
     }
 
     /// What comes next has nothing to do with what was before: the next frame's history is not valid.

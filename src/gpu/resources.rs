@@ -168,6 +168,11 @@ impl Resources {
         usize::from(self.odd_frame)
     }
 
+    /// Whether there is anything that changes places from frame to frame.
+    pub fn keeps_history(&self) -> bool {
+        !self.history.is_empty()
+    }
+
     /// The next frame is recorded for this one of the frames in flight.
     pub fn use_slot(&mut self, slot: usize) {
         for (index, buffers) in &self.readback {

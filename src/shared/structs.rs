@@ -84,7 +84,8 @@ shared_structs! {
         pub previous_clip_from_world: [[f32; 4]; 4],
         /// Of the frame before, `eye_ws`; this frame's own where the history is not valid.
         pub previous_eye_ws: [f32; 3],
-        /// 1 when history resources hold what the frame before left, 0 in a first frame and after a cut.
+        /// 1 when history resources hold what the frame before left, 0 in a first frame, after a cut,
+        /// and where nothing is kept.
         pub history_is_valid: u32,
     }
 

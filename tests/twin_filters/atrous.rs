@@ -159,6 +159,9 @@ fn settings() -> Settings {
     })
 }
 
+/// What is planted, in which iteration, and how.
+type Fault = (&'static str, usize, fn(&mut Iteration));
+
 #[test]
 fn every_iteration_is_its_formula() {
     let test = common::gpu();
@@ -185,7 +188,7 @@ fn every_iteration_is_its_formula() {
 fn other_filters_are_noticed() {
     let test = common::gpu();
     let frame = Frame::of(&test, &folding_screen(), &settings().changed(|s| s.picture.size = SIZES[4]));
-    let faults: [(&str, usize, fn(&mut Iteration)); 11] = [
+    let faults: [Fault; 11] = [
         ("a wider step", 1, |by| by.step_px = 2),
         ("a narrower step", 3, |by| by.step_px = 3),
         ("a middle tap 2 % heavier", 1, |by| by.kernel[0] *= 1.02),

@@ -124,7 +124,7 @@ impl Renderer {
 }
 
 /// The buffers that tell the host of a frame: exposure, rays, the technique's counters, the inspected pixel.
-pub(super) fn told_buffers(outputs: &FrameOutputs) -> Vec<BufferHandle> {
+pub(super) fn feedback_buffers(outputs: &FrameOutputs) -> Vec<BufferHandle> {
     let mut buffers = vec![outputs.tone_mapped.exposure, outputs.ray_count];
     buffers.extend(&outputs.technique.counters);
     buffers.extend(outputs.inspected);

@@ -47,7 +47,7 @@ pub struct Renderer {
     last_view: ([[f32; 4]; 4], [f32; 3]),
     shapes: Shapes,
     /// What the frame has behind the picture for a window, and where in its readback each buffer of
-    /// [`live::told_buffers`] is.
+    /// [`live::feedback_buffers`] is.
     shown: Option<(WindowOptions, Vec<Range<usize>>)>,
 }
 
@@ -79,7 +79,7 @@ impl Renderer {
     fn compile(job: &Job<'_>, shapes: Shapes, window_options: Option<WindowOptions>) -> Result<Self> {
         let (mut graph, outputs) = frame::build(&shapes);
         let shown = window_options.map(|window_options| {
-            let feedback = readback::add(&mut graph, &live::told_buffers(&outputs));
+            let feedback = readback::add(&mut graph, &live::feedback_buffers(&outputs));
             present::add(&mut graph, outputs.tone_mapped.picture, window_options.format, window_options.part);
             (window_options, feedback)
         });

@@ -42,19 +42,23 @@ impl TechniqueShape for RememberingShape {
     }
 }
 
-#[test]
-fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
-    let test = common::gpu();
+/// Frames of a mean, each sampled elsewhere, so that its matrix is another; without a technique those of direct light.
+fn renderer(test: &common::GpuTest, technique: Option<&dyn Technique>) -> Renderer {
     let scene = furnished_room();
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
-    // Every frame of a mean is sampled elsewhere, so that its matrix is another.
     let settings = Settings::default().changed(|s| {
         s.picture.size = Size { width: 16, height: 9 };
         s.render.technique = TechniqueName::Direct;
         s.render.accumulate = 4;
     });
     let job = Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings);
-    let mut renderer = Renderer::with_technique(&Remembering, &job).unwrap();
+    technique.map_or_else(|| Renderer::new(&job), |technique| Renderer::with_technique(technique, &job)).unwrap()
+}
+
+#[test]
+fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
+    let test = common::gpu();
+    let mut renderer = renderer(&test, Some(&Remembering));
     let mut matrices = Vec::new();
     for (number, valid) in [(0, false), (1, true), (2, true), (3, false)] {
         if number == 3 {
@@ -75,13 +79,7 @@ fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
 #[test]
 fn a_frame_that_keeps_nothing_is_the_same_whatever_came_before() {
     let test = common::gpu();
-    let scene = furnished_room();
-    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
-    let settings = Settings::default().changed(|s| {
-        s.picture.size = Size { width: 16, height: 9 };
-        s.render.technique = TechniqueName::Direct;
-    });
-    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
+    let mut renderer = renderer(&test, None);
     let first = *renderer.frame_data();
     for _ in 0..2 {
         let ticket = renderer.submit().unwrap();

@@ -142,8 +142,7 @@ impl CompiledFrame {
         let pipelines = match &pass.payload {
             Work::Compute(work) => {
                 let layouts = self.set_layouts(&sets, work.uses_scene, false)?;
-                let words = work.push.len() + if work.repeat.is_some() { 2 } else { 0 };
-                vec![pipelines.compute(&work.shader, &work.constants, words, &layouts)?]
+                vec![pipelines.compute(&work.shader, &work.constants, work.push_words(), &layouts)?]
             }
             Work::Raster(work) => self.raster_pipelines(pipelines, work, &sets)?,
             Work::Transfer(_) | Work::Overlay => Vec::new(),

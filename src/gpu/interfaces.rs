@@ -102,10 +102,7 @@ impl Shaders {
 
     /// The bindings called `name`, one for each module that has it.
     fn named(&self, name: BindingName) -> impl Iterator<Item = (Stage, &Binding)> {
-        self.bindings().filter(move |(_, b)| match name {
-            BindingName::Name(name) => b.name == name,
-            BindingName::Number(number) => b.set == 0 && b.binding == number,
-        })
+        self.bindings().filter(move |(_, b)| is_called(b, name))
     }
 
     /// Bytes of push constants and specialization constants against those that the pass gives.
@@ -124,6 +121,14 @@ impl Shaders {
             Some(name) => Err(Fault::MissingConstant(name.clone())),
             None => Ok(()),
         }
+    }
+}
+
+/// Whether a pass means this binding by a name.
+fn is_called(binding: &Binding, name: BindingName) -> bool {
+    match name {
+        BindingName::Name(name) => binding.name == name,
+        BindingName::Number(number) => binding.set == 0 && binding.binding == number,
     }
 }
 
@@ -171,12 +176,7 @@ fn check_pass(graph: &Graph<Work>, pass: &Pass<Work>) -> Result<(), Fault> {
     for used in pass.uses.iter().filter(|used| used.binding.is_some()) {
         check_binding(&pipelines, used, graph.resources()[used.resource.index()].info.kind())?;
     }
-    let bound = |b: &Binding| {
-        pass.uses.iter().filter_map(|used| used.binding).any(|name| match name {
-            BindingName::Name(name) => b.name == name,
-            BindingName::Number(number) => b.binding == number,
-        })
-    };
+    let bound = |b: &Binding| pass.uses.iter().filter_map(|used| used.binding).any(|name| is_called(b, name));
     let mut wanted = pipelines.iter().flat_map(Shaders::bindings).filter(|(_, b)| b.set == 0);
     match wanted.find(|(_, b)| !bound(b)) {
         Some((_, binding)) => Err(Fault::MissingBinding(binding.name.clone())),
@@ -185,8 +185,7 @@ fn check_pass(graph: &Graph<Work>, pass: &Pass<Work>) -> Result<(), Fault> {
 }
 
 fn check_compute(pipelines: &[Shaders], work: &ComputeWork) -> Result<(), Fault> {
-    let words = work.push.len() + if work.repeat.is_some() { 2 } else { 0 };
-    pipelines.iter().try_for_each(|p| p.check_constants(words, &work.constants))?;
+    pipelines.iter().try_for_each(|p| p.check_constants(work.push_words(), &work.constants))?;
     check_scene(pipelines, work.uses_scene)
 }
 

@@ -38,6 +38,14 @@ pub struct ComputeWork {
     pub repeat: Option<Repeat>,
 }
 
+impl ComputeWork {
+    /// Words that are pushed in all: those of the work, then the round and the part of one that repeats.
+    #[must_use]
+    pub fn push_words(&self) -> usize {
+        self.push.len() + if self.repeat.is_some() { 2 } else { 0 }
+    }
+}
+
 /// A dispatch repeated `rounds * parts` times. The last two push constants are the round and the part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repeat {

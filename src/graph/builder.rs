@@ -95,6 +95,12 @@ impl<P> Pass<P> {
         self
     }
 
+    /// The pass with what `declare` adds to it.
+    #[must_use]
+    pub fn with(self, declare: impl FnOnce(Self) -> Self) -> Self {
+        declare(self)
+    }
+
     /// Uses one more resource without a descriptor.
     pub fn declare(&mut self, resource: impl Into<Handle>, access: Access) {
         self.uses.push(Use { resource: resource.into(), access, binding: None });

@@ -18,8 +18,7 @@ pub fn add(frame: &mut Frame, lights: &Lights, shape: &LightShape) -> BufferHand
     let reduce = shader("bounds/reduce_bounds", threads(shape.light_capacity().min(MAX_THREADS)));
     let pass = frame
         .compute("bounds/reduce_bounds", reduce)
-        .bind("light_positions", lights.positions, Access::ComputeRead)
-        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .with(|pass| lights.read_by(pass))
         .bind("light_counts", lights.counts, Access::ComputeRead)
         .bind("bounds", bounds, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);

@@ -24,8 +24,7 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lights: &Lights, shape: &LightS
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
         .bind("sum_image", sum, Access::ComputeReadWrite)
-        .bind("light_positions", lights.positions, Access::ComputeRead)
-        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .with(|pass| lights.read_by(pass))
         .bind("light_counts", lights.counts, Access::ComputeRead);
     reference::add(frame, pass, sum)
 }

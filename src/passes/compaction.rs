@@ -7,8 +7,8 @@ use super::light_buckets::LightBuckets;
 use super::light_shape::LightShape;
 use super::vpl_trace::VplSlots;
 use super::{Frame, shader, threads};
-use crate::gpu::{ComputeWork, Dispatch};
-use crate::graph::{Access, BufferHandle};
+use crate::gpu::{ComputeWork, Dispatch, Work};
+use crate::graph::{Access, BufferHandle, Pass};
 use crate::shared::{GridLight, MAX_LEVEL};
 
 /// The lights S0.
@@ -37,6 +37,28 @@ pub struct GridLights {
     pub dispatches: BufferHandle,
     /// The lights S0 by cell of S1, where they have been listed.
     pub buckets: Option<LightBuckets>,
+}
+
+impl Lights {
+    /// A compute pass that reads where the lights are and what they send out.
+    pub fn read_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        pass.bind("light_positions", self.positions, Access::ComputeRead).bind(
+            "light_fluxes",
+            self.fluxes,
+            Access::ComputeRead,
+        )
+    }
+}
+
+impl GridLights {
+    /// A compute pass that finds the lights of vertices.
+    pub fn looked_up_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        pass.bind("occupancy", self.occupancy, Access::ComputeRead).bind("ranks", self.ranks, Access::ComputeRead).bind(
+            "level_table",
+            self.level_table,
+            Access::ComputeRead,
+        )
+    }
 }
 
 /// Declares the buffers of the lights S0.
@@ -146,9 +168,7 @@ pub fn compact_levels(frame: &mut Frame, shape: &LghShape, what: &str, grid: &Gr
     let list = ComputeWork { push: vec![first, last], ..shader("compaction/list_vertices", threads(word_count)) };
     let pass = frame
         .compute(&format!("compaction/list_vertices/{what}"), list)
-        .bind("occupancy", grid.occupancy, Access::ComputeRead)
-        .bind("ranks", grid.ranks, Access::ComputeRead)
-        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .with(|pass| grid.looked_up_by(pass))
         .bind("grid_lights", grid.lights, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
 }

@@ -46,12 +46,9 @@ pub fn add(
     };
     let pass = frame
         .compute("descent/draw_representatives", work)
-        .bind("light_positions", lights.positions, Access::ComputeRead)
-        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .with(|pass| lights.read_by(pass))
         .bind("grid", placement, Access::ComputeRead)
-        .bind("occupancy", grid.occupancy, Access::ComputeRead)
-        .bind("ranks", grid.ranks, Access::ComputeRead)
-        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .with(|pass| grid.looked_up_by(pass))
         .bind("representatives", representatives, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     Descent { tables, representatives, index_bits }
@@ -63,9 +60,7 @@ fn build_tables(frame: &mut Frame, shape: &LghShape, grid: &GridLights) -> Buffe
     let pass = frame
         .compute("descent/build_tables", shader("descent/build_tables", dispatch))
         .bind("grid_lights", grid.lights, Access::ComputeRead)
-        .bind("occupancy", grid.occupancy, Access::ComputeRead)
-        .bind("ranks", grid.ranks, Access::ComputeRead)
-        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .with(|pass| grid.looked_up_by(pass))
         .bind("descent", tables, Access::ComputeWrite)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);

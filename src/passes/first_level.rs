@@ -7,7 +7,6 @@ use super::light_buckets::LightBuckets;
 use super::{Frame, shader, threads};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
-use crate::settings::CenterWeight;
 use crate::shared::MOMENT_WORDS;
 
 /// Adds the passes for levels `1..=last`, with atomic additions.
@@ -24,17 +23,14 @@ pub fn add(
     for level in 1..=last {
         let work = ComputeWork {
             push: vec![level],
-            constants: vec![("UNIFORM_CENTER", uniform_center(shape))],
+            constants: vec![shape.center_constant()],
             ..shader("grid_scatter/scatter_lights", threads(shape.lights.light_capacity()))
         };
         let pass = frame
             .compute(&format!("grid_scatter/S{level}"), work)
-            .bind("light_positions", lights.positions, Access::ComputeRead)
-            .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+            .with(|pass| lights.read_by(pass))
             .bind("grid", placement, Access::ComputeRead)
-            .bind("occupancy", grid.occupancy, Access::ComputeRead)
-            .bind("ranks", grid.ranks, Access::ComputeRead)
-            .bind("level_table", grid.level_table, Access::ComputeRead)
+            .with(|pass| grid.looked_up_by(pass))
             .bind("moments", moments, Access::ComputeReadWrite);
         frame.graph.add_pass(pass);
     }
@@ -54,28 +50,20 @@ pub fn add_sorted(
 ) {
     let moments = declare_moments(frame, shape);
     let work = ComputeWork {
-        constants: vec![("UNIFORM_CENTER", uniform_center(shape))],
+        constants: vec![shape.center_constant()],
         ..shader("grid_scatter/sum_lights", over_level(grid, 1))
     };
     let pass = frame
         .compute("grid_scatter/S1", work)
-        .bind("light_positions", lights.positions, Access::ComputeRead)
-        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .with(|pass| lights.read_by(pass))
         .bind("grid", placement, Access::ComputeRead)
-        .bind("cell_bits", buckets.cells, Access::ComputeRead)
-        .bind("cell_ranks", buckets.ranks, Access::ComputeRead)
+        .with(|pass| buckets.read_by(pass))
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("moments", moments, Access::ComputeWrite)
         .bind("grid_lights", grid.lights, Access::ComputeRead)
-        .bind("bucket_starts", buckets.starts, Access::ComputeRead)
-        .bind("bucket_lights", buckets.lights, Access::ComputeRead)
         .uses(grid.dispatches, Access::IndirectRead);
     frame.graph.add_pass(pass);
     resolve(frame, shape, placement, grid, moments, 1);
-}
-
-fn uniform_center(shape: &LghShape) -> u32 {
-    u32::from(shape.center == CenterWeight::Uniform)
 }
 
 fn declare_moments(frame: &mut Frame, shape: &LghShape) -> BufferHandle {
@@ -94,7 +82,7 @@ fn resolve(
 ) {
     let work = ComputeWork {
         push: vec![level],
-        constants: vec![("UNIFORM_CENTER", uniform_center(shape))],
+        constants: vec![shape.center_constant()],
         ..shader("grid_scatter/resolve_moments", over_level(grid, level))
     };
     let pass = frame

@@ -6,7 +6,7 @@ use super::lgh_shape::LghShape;
 use super::{Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
-use crate::settings::{CenterWeight, LevelBuild};
+use crate::settings::LevelBuild;
 
 /// Adds one pass per level.
 pub fn add(frame: &mut Frame, shape: &LghShape, placement: BufferHandle, grid: &GridLights) {
@@ -15,14 +15,12 @@ pub fn add(frame: &mut Frame, shape: &LghShape, placement: BufferHandle, grid: &
             LevelBuild::Cascade => ("grid_gather/gather_below", over_level(grid, level)),
             LevelBuild::Gather | LevelBuild::Scatter => ("grid_gather/gather_vertex", per_light(grid, level)),
         };
-        let constants = vec![("UNIFORM_CENTER", u32::from(shape.center == CenterWeight::Uniform))];
+        let constants = vec![shape.center_constant()];
         let work = ComputeWork { push: vec![level], constants, ..shader(name, dispatch) };
         let pass = frame
             .compute(&format!("grid_gather/S{level}"), work)
             .bind("grid", placement, Access::ComputeRead)
-            .bind("occupancy", grid.occupancy, Access::ComputeRead)
-            .bind("ranks", grid.ranks, Access::ComputeRead)
-            .bind("level_table", grid.level_table, Access::ComputeRead)
+            .with(|pass| grid.looked_up_by(pass))
             .bind("grid_lights", grid.lights, Access::ComputeReadWrite)
             .uses(grid.dispatches, Access::IndirectRead);
         frame.graph.add_pass(pass);

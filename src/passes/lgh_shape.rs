@@ -48,6 +48,12 @@ pub struct LghShape {
 }
 
 impl LghShape {
+    /// The specialization constant that says how lights weigh where a grid light is.
+    #[must_use]
+    pub fn center_constant(&self) -> (&'static str, u32) {
+        ("UNIFORM_CENTER", (self.center == CenterWeight::Uniform).into())
+    }
+
     /// Size of one interleaved sub-image.
     #[must_use]
     pub fn sub_image_px(&self) -> [u32; 2] {

@@ -5,7 +5,8 @@ use super::compaction::Lights;
 use super::exclusive_scan::{self, ScanRange};
 use super::lgh_shape::LghShape;
 use super::{Frame, shader, threads};
-use crate::graph::{Access, BufferHandle};
+use crate::gpu::Work;
+use crate::graph::{Access, BufferHandle, Pass};
 
 /// The lists (`common/cells.glsl`).
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +19,16 @@ pub struct LightBuckets {
     pub starts: BufferHandle,
     /// Lights of S0.
     pub lights: BufferHandle,
+}
+
+impl LightBuckets {
+    /// A compute pass that finds the lights of cells.
+    pub fn read_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        pass.bind("cell_bits", self.cells, Access::ComputeRead)
+            .bind("cell_ranks", self.ranks, Access::ComputeRead)
+            .bind("bucket_starts", self.starts, Access::ComputeRead)
+            .bind("bucket_lights", self.lights, Access::ComputeRead)
+    }
 }
 
 /// Adds the passes. Within a cell the order is left to chance: see [`sort`].

@@ -43,20 +43,14 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, inputs: &Inpu
         .bind("grid", *placement, Access::ComputeRead)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
-        .bind("occupancy", grid.occupancy, Access::ComputeRead)
-        .bind("ranks", grid.ranks, Access::ComputeRead)
-        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .with(|pass| grid.looked_up_by(pass))
         .bind("out_lighting", lighting.image, Access::ComputeWrite)
         .bind("lights_tested", lighting.lights_tested, Access::ComputeWrite);
     if let Some(reservoirs) = lighting.reservoirs {
         pass = pass.bind("reservoirs", reservoirs, Access::ComputeWrite);
     }
     if let Some(buckets) = buckets {
-        pass = pass
-            .bind("bucket_starts", buckets.starts, Access::ComputeRead)
-            .bind("bucket_lights", buckets.lights, Access::ComputeRead)
-            .bind("cell_bits", buckets.cells, Access::ComputeRead)
-            .bind("cell_ranks", buckets.ranks, Access::ComputeRead);
+        pass = buckets.read_by(pass);
     }
     frame.graph.add_pass(pass);
     lighting

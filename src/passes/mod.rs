@@ -122,13 +122,7 @@ impl Frame {
     /// Fills buffers with a word each at the start of the frame, where all clears share one barrier. Transient buffers
     /// live from there on: large ones are better cleared by [`Self::clear_here`].
     pub fn clear(&mut self, buffers: &[(BufferHandle, u32)]) {
-        let setup = self.graph.pass_mut(self.setup);
-        for (buffer, value) in buffers {
-            setup.declare(*buffer, Access::TransferWrite);
-            if let Work::Transfer(ops) = &mut setup.payload {
-                ops.push(TransferOp::Fill { buffer: *buffer, value: *value });
-            }
-        }
+        add_fills(self.graph.pass_mut(self.setup), buffers);
     }
 
     /// Adds two chains of passes that do not depend on each other, and lays them side by side, so that they share barriers.
@@ -147,9 +141,8 @@ impl Frame {
 
     /// Adds a pass that fills buffers with a word each.
     pub fn clear_here(&mut self, name: &str, buffers: &[(BufferHandle, u32)]) {
-        let ops = buffers.iter().map(|(buffer, value)| TransferOp::Fill { buffer: *buffer, value: *value }).collect();
-        let pass = Pass::new(name, Work::Transfer(ops));
-        let pass = buffers.iter().fold(pass, |pass, (buffer, _)| pass.uses(*buffer, Access::TransferWrite));
+        let mut pass = Pass::new(name, Work::Transfer(Vec::new()));
+        add_fills(&mut pass, buffers);
         self.graph.add_pass(pass);
     }
 
@@ -194,6 +187,16 @@ impl Frame {
 
     fn image_info(&self, format: vk::Format) -> ImageInfo {
         ImageInfo { format, width_px: self.shape.width_px, height_px: self.shape.height_px }
+    }
+}
+
+/// Adds fills to a pass of transfers.
+fn add_fills(pass: &mut Pass<Work>, buffers: &[(BufferHandle, u32)]) {
+    for &(buffer, value) in buffers {
+        pass.declare(buffer, Access::TransferWrite);
+        if let Work::Transfer(ops) = &mut pass.payload {
+            ops.push(TransferOp::Fill { buffer, value });
+        }
     }
 }
 

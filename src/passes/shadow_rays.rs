@@ -82,6 +82,5 @@ pub(super) fn sampling(
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("descent", descent.map_or(unused, |d| d.tables), Access::ComputeRead)
         .bind("representatives", descent.map_or(unused, |d| d.representatives), Access::ComputeRead)
-        .bind("light_positions", lights.positions, Access::ComputeRead)
-        .bind("light_fluxes", lights.fluxes, Access::ComputeRead)
+        .with(|pass| lights.read_by(pass))
 }

@@ -26,8 +26,7 @@ impl Counter {
         let mut graph = Graph::new();
         let constants = graph.transient_buffer("constants", 16);
         let count = graph.history_buffer("count", 4);
-        let image =
-            graph.history_image("count_image", ImageInfo { format: Format::R32_UINT, width_px: 1, height_px: 1 });
+        let image = graph.history_image("count_image", ImageInfo::new(Format::R32_UINT, 1, 1));
         let setup = Work::Transfer(vec![TransferOp::FrameData { buffer: constants }]);
         graph.add_pass(Pass::new("setup", setup).uses(constants, Access::TransferWrite));
         let count_pass = Pass::new("count_frames", Work::Compute(shader("tests/count_frames", threads(1))))

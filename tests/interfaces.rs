@@ -4,7 +4,7 @@ use ash::vk;
 use gridlight::gpu::{ComputeWork, Dispatch, Fault, InterfaceError, Repeat, Work, check_interfaces};
 use gridlight::graph::{Access, Graph, ImageInfo, Pass};
 use gridlight::passes::{Extent, shader};
-use gridlight::shader::interface::BindingKind;
+use gridlight::shader::interface::{BindingKind, ImageDimension};
 
 /// Binding and access of each resource of `blur.comp`, with whether it is an image.
 type Bound = Vec<(&'static str, Access, bool)>;
@@ -27,7 +27,7 @@ fn check(work: ComputeWork, bound: &Bound) -> Result<(), InterfaceError> {
     let mut pass = Pass::new("blur", Work::Compute(work));
     for (index, (name, access, is_image)) in bound.iter().enumerate() {
         let resource = format!("resource {index}");
-        let info = ImageInfo { format: vk::Format::R32G32B32A32_SFLOAT, width_px: 8, height_px: 8 };
+        let info = ImageInfo::new(vk::Format::R32G32B32A32_SFLOAT, 8, 8);
         pass = if *is_image {
             pass.bind(*name, graph.persistent_image(&resource, info), *access)
         } else {
@@ -79,7 +79,7 @@ fn reads_and_writes_that_are_not_the_shaders() {
     assert_eq!(planted(|_, bound| bound[3].1 = Access::ComputeRead), Fault::UndeclaredWrite("out_image".into()));
     let sums = |access| {
         let mut graph = Graph::new();
-        let info = ImageInfo { format: vk::Format::R32G32B32A32_SFLOAT, width_px: 8, height_px: 8 };
+        let info = ImageInfo::new(vk::Format::R32G32B32A32_SFLOAT, 8, 8);
         let [radiance, sum, mean] = ["radiance", "sum", "mean"].map(|name| graph.persistent_image(name, info));
         let frame = graph.persistent_buffer("frame data", 512);
         let pass = Pass::new("sum", Work::Compute(shader("accumulate/add_frame", Extent::Pixels([8, 8]))))
@@ -92,6 +92,33 @@ fn reads_and_writes_that_are_not_the_shaders() {
     };
     assert_eq!(sums(Access::ComputeReadWrite), Ok(()));
     assert_eq!(sums(Access::ComputeWrite), Err(Fault::UndeclaredRead("sum_image".into())));
+}
+
+#[test]
+fn images_of_another_dimension() {
+    let flat = ImageInfo::new(vk::Format::R32_UINT, 8, 8);
+    let (array, volume) = (flat.with_layers(2), flat.with_depth(2));
+    let check = |shader_name: &str, info| {
+        let mut graph = Graph::new();
+        let image = graph.persistent_image("image", info);
+        let sums = graph.persistent_buffer("sums", 64);
+        let pass = Pass::new("sum", Work::Compute(shader(shader_name, Dispatch::groups(1))))
+            .bind("texels", image, Access::ComputeSampled)
+            .bind("sums", sums, Access::ComputeWrite);
+        graph.add_pass(pass);
+        check_interfaces(&graph).map_err(|error| error.fault)
+    };
+    let kinds = [
+        ("tests/sum_texels", flat, ImageDimension::D2),
+        ("tests/sum_texels_layers", array, ImageDimension::D2Array),
+        ("tests/sum_texels_volume", volume, ImageDimension::D3),
+    ];
+    for (shader, _, wanted) in kinds {
+        for (_, info, bound) in kinds {
+            let fault = Fault::WrongDimension { binding: "texels".into(), bound, wanted };
+            assert_eq!(check(shader, info), if bound == wanted { Ok(()) } else { Err(fault) });
+        }
+    }
 }
 
 #[test]

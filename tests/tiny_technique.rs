@@ -67,7 +67,7 @@ impl AmbientShape {
         let sum = frame.image("ambient_sum", vk::Format::R32G32B32A32_SFLOAT);
         let [r, g, b] = AMBIENT.map(|light| (light * SHARE).to_bits());
         let work = RasterWork {
-            colors: vec![ColorTarget { image: sum, clear: Some([r, g, b, SHARE.to_bits()]) }],
+            colors: vec![ColorTarget { target: sum.into(), clear: Some([r, g, b, SHARE.to_bits()]) }],
             depth: None,
             extent_px: [frame.shape.width_px, frame.shape.height_px],
             draws: Vec::new(),

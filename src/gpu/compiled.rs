@@ -9,15 +9,15 @@ use super::context::Gpu;
 use super::descriptors::{Bound, Sets};
 use super::device::Device;
 use super::interfaces::{binding_numbers, check_interfaces, kind_of};
-use super::physical::Physical;
+use super::physical::{Physical, image_levels};
 use super::pipeline::Pipeline;
 use super::pipelines::Pipelines;
-use super::resources::{Resources, aspect};
+use super::resources::Resources;
 use super::scene_set::SceneSet;
 use super::transfer;
 use super::work::{RasterWork, TransferOp, Work};
 use crate::error::{Error, Result};
-use crate::graph::{Graph, Handle, ImageHandle, Lifetime, Pass, Plan, Use, plan};
+use crate::graph::{Graph, Handle, ImageHandle, ImageLevel, Lifetime, Pass, Plan, Use, plan};
 use crate::shader::interface::BindingKind;
 
 /// A pass ready to record.
@@ -81,15 +81,14 @@ impl CompiledFrame {
     /// Brings what the last frame has read of the one before into the layouts in which that frame began; waits. The
     /// last frame can then be recorded once more.
     pub fn rewind_history(&self) -> Result<()> {
-        let read = self.plan.initial.iter().filter(|(image, _)| self.begun && self.is_previous(*image));
-        let layouts: Vec<_> = read.map(|&(image, layout)| (image, self.final_layout(image), layout)).collect();
+        let read = self.plan.initial.iter().filter(|(level, _)| self.begun && self.is_previous(level.image));
+        let layouts: Vec<_> = read.map(|&(level, layout)| (level, self.final_layout(level), layout)).collect();
         if layouts.iter().all(|(_, left, layout)| left == layout) {
             return Ok(());
         }
         transfer::submit_once(&self.gpu, |commands| {
-            for (image, left, layout) in layouts {
-                let (raw, _, info) = self.resources.image(image);
-                transfer::image_layout(&self.gpu, commands, raw, aspect(&info), left, layout);
+            for (level, left, layout) in layouts {
+                self.change_layout(commands, level, left, layout);
             }
         })
     }
@@ -110,22 +109,32 @@ impl CompiledFrame {
         })
     }
 
-    /// Layout in which the frame leaves an image: that of its last use.
-    pub fn final_layout(&self, image: ImageHandle) -> vk::ImageLayout {
-        let mut uses = self.graph.passes().iter().rev().flat_map(|p| &p.uses).filter(|u| u.resource == image.into());
-        let kind = self.graph.resources()[Handle::from(image).index()].info.kind();
-        uses.next().map_or(vk::ImageLayout::UNDEFINED, |u| u.access.sync(kind).layout)
+    /// Layout in which the frame leaves a level of an image: that of its last use.
+    pub fn final_layout(&self, ImageLevel { image, level }: ImageLevel) -> vk::ImageLayout {
+        let info = self.graph.resources()[Handle::from(image).index()].info;
+        let is_of_level = |used: &&Use| used.resource == image.into() && info.levels(used.level).contains(&level);
+        let mut uses = self.graph.passes().iter().rev().flat_map(|p| &p.uses).filter(is_of_level);
+        uses.next().map_or(vk::ImageLayout::UNDEFINED, |used| used.access.sync(info.kind()).layout)
     }
 
     /// Persistent images get the layout that the first frame expects, once.
     fn initial_layouts(&self) -> Result<()> {
         transfer::submit_once(&self.gpu, |commands| {
-            for (image, layout) in &self.plan.initial {
-                let (raw, _, info) = self.resources.image(*image);
-                let undefined = vk::ImageLayout::UNDEFINED;
-                transfer::image_layout(&self.gpu, commands, raw, aspect(&info), undefined, *layout);
+            for &(level, layout) in &self.plan.initial {
+                self.change_layout(commands, level, vk::ImageLayout::UNDEFINED, layout);
             }
         })
+    }
+
+    fn change_layout(
+        &self,
+        commands: vk::CommandBuffer,
+        ImageLevel { image, level }: ImageLevel,
+        old: vk::ImageLayout,
+        new: vk::ImageLayout,
+    ) {
+        let (raw, _, info) = self.resources.image(image);
+        transfer::image_layout(&self.gpu, commands, raw, image_levels(&info, level..level + 1), old, new);
     }
 
     fn compile_pass(&self, pipelines: &Pipelines, pass: &Pass<Work>) -> Result<CompiledPass> {
@@ -151,8 +160,8 @@ impl CompiledFrame {
     }
 
     fn raster_pipelines(&self, pipelines: &Pipelines, work: &RasterWork, sets: &Sets) -> Result<Vec<Arc<Pipeline>>> {
-        let formats: Vec<_> = work.colors.iter().map(|c| self.resources.image(c.image).2.format).collect();
-        let depth = work.depth.map_or(vk::Format::UNDEFINED, |d| self.resources.image(d.image).2.format);
+        let formats: Vec<_> = work.colors.iter().map(|c| self.resources.image(c.target.image).2.format).collect();
+        let depth = work.depth.map_or(vk::Format::UNDEFINED, |d| self.resources.image(d.target.image).2.format);
         let layouts = self.set_layouts(sets, work.uses_scene, true)?;
         let draws = work.draws.iter();
         draws.map(|draw| pipelines.graphics(draw, &formats, depth, &layouts)).collect()
@@ -174,26 +183,18 @@ impl CompiledFrame {
     fn bindings(&self, pass: &Pass<Work>, place: impl Fn(&Use) -> Handle) -> Result<Vec<(u32, Bound)>> {
         let bound = |used: &Use| {
             let kind = self.graph.resources()[used.resource.index()].info.kind();
+            let view = || self.resources.view(place(used), used.level);
             match (self.resources.list[place(used).index()], kind_of(used.access, kind)) {
                 (Physical::Buffer { raw, size_bytes }, BindingKind::UniformBuffer) => {
                     Bound::Uniform { buffer: raw, size_bytes }
                 }
                 (Physical::Buffer { raw, size_bytes }, _) => Bound::Storage { buffer: raw, size_bytes },
-                (Physical::Image { view, .. }, BindingKind::SampledImage) => {
-                    Bound::SampledImage { view, layout: used.access.sync(kind).layout }
+                (Physical::Image { .. }, BindingKind::SampledImage) => {
+                    Bound::SampledImage { view: view(), layout: used.access.sync(kind).layout }
                 }
-                (Physical::Image { view, .. }, _) => Bound::StorageImage { view },
+                (Physical::Image { .. }, _) => Bound::StorageImage { view: view() },
             }
         };
         Ok(binding_numbers(pass)?.iter().map(|(number, used)| (*number, bound(used))).collect())
-    }
-}
-
-/// Bytes per texel of the formats the frame uses.
-pub(super) fn texel_bytes(format: vk::Format) -> u64 {
-    match format {
-        vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
-        vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_UINT => 8,
-        _ => 4,
     }
 }

@@ -131,6 +131,38 @@ impl Device {
         self.allocator().capacity()
     }
 
+    /// Checks that the device has images of this kind and size.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] that says what it was asked for.
+    pub(super) fn check_image(&self, name: &str, create: &vk::ImageCreateInfo<'_>) -> Result<()> {
+        let info = vk::PhysicalDeviceImageFormatInfo2::default()
+            .format(create.format)
+            .ty(create.image_type)
+            .tiling(create.tiling)
+            .usage(create.usage)
+            .flags(create.flags);
+        let mut properties = vk::ImageFormatProperties2::default();
+        let raw = &self.instance.raw;
+        // SAFETY: valid query of this instance's physical device.
+        let found = unsafe { raw.get_physical_device_image_format_properties2(self.physical, &info, &mut properties) };
+        let most = properties.image_format_properties;
+        let vk::Extent3D { width, height, depth } = create.extent;
+        let fits = found.is_ok()
+            && width <= most.max_extent.width
+            && height <= most.max_extent.height
+            && depth <= most.max_extent.depth
+            && create.mip_levels <= most.max_mip_levels
+            && create.array_layers <= most.max_array_layers;
+        if fits {
+            return Ok(());
+        }
+        Err(Error::Failure(format!(
+            "this device has no image `{name}`: {width}x{height}x{depth} texels, {} layers, {} levels of {:?} for {:?}",
+            create.array_layers, create.mip_levels, create.format, create.usage
+        )))
+    }
+
     /// Blocks until the device is idle. Never called inside a frame.
     ///
     /// # Errors

@@ -8,11 +8,11 @@ use std::time::Instant;
 use ash::vk;
 
 use super::check;
-use super::compiled::{CompiledFrame, texel_bytes};
+use super::compiled::CompiledFrame;
 use super::context::Gpu;
 use super::device::Device;
 use super::markers;
-use super::resources::{MemoryUse, aspect};
+use super::resources::MemoryUse;
 use super::runner::{self, Given, OnStep, Policy, Ran};
 use super::scene_set::SceneSet;
 use super::slot::Slot;
@@ -21,7 +21,7 @@ use super::timeline::Timeline;
 use super::transfer;
 use super::work::Work;
 use crate::error::{Error, Result};
-use crate::graph::{BufferHandle, Graph, ImageHandle, Plan};
+use crate::graph::{BufferHandle, Graph, ImageLevel, Plan};
 
 /// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
 /// `tools/bench honesty` compares the timestamps with.
@@ -269,15 +269,15 @@ impl Executor {
         transfer::download_buffer(&self.gpu, raw, size)
     }
 
-    /// Texels of a persistent image after the last frame, rows packed; waits.
+    /// Texels of a persistent image, or of one of its levels, after the last frame: rows, slices and layers packed;
+    /// waits.
     ///
     /// # Errors
     /// When the device is lost or has no memory.
-    pub fn read_image(&self, image: ImageHandle) -> Result<Vec<u8>> {
-        let (raw, _, info) = self.frame.resources.image(image);
-        let layout = self.frame.final_layout(image);
-        let extent = [info.width_px, info.height_px];
-        transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))
+    pub fn read_image(&self, image: impl Into<ImageLevel>) -> Result<Vec<u8>> {
+        let level = image.into();
+        let (raw, _, info) = self.frame.resources.image(level.image);
+        transfer::download_image(&self.gpu, raw, &info, level.level, self.frame.final_layout(level))
     }
 
     /// Runs one frame with the command buffers of a slot whose last frame has completed.

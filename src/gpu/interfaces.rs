@@ -3,8 +3,8 @@
 use ash::vk::PipelineStageFlags2 as Stages;
 
 use super::work::{ComputeWork, Constants, RasterWork, Work};
-use crate::graph::{Access, BindingName, Graph, Kind, Pass, Use};
-use crate::shader::interface::{Binding, BindingKind, Interface};
+use crate::graph::{Access, BindingName, Graph, ImageDepth, Kind, Pass, ResourceInfo, Use};
+use crate::shader::interface::{Binding, BindingKind, ImageDimension, Interface};
 use crate::shader::spirv;
 use crate::shader::variants::Stage;
 
@@ -42,6 +42,16 @@ pub enum Fault {
         bound: BindingKind,
         /// As what the shader declares it.
         wanted: BindingKind,
+    },
+    /// A flat image where the shader has an array, or the like.
+    #[error("`{binding}` is bound as a {bound:?} image, the shader has a {wanted:?} one")]
+    WrongDimension {
+        /// The binding.
+        binding: String,
+        /// The image that the pass binds.
+        bound: ImageDimension,
+        /// The image that the shader declares.
+        wanted: ImageDimension,
     },
     /// A declared write through something that the shader does not write.
     #[error("`{0}` is declared as written, but the shader only reads it")]
@@ -174,7 +184,7 @@ fn check_pass(graph: &Graph<Work>, pass: &Pass<Work>) -> Result<(), Fault> {
         Work::Transfer(_) | Work::Overlay => {}
     }
     for used in pass.uses.iter().filter(|used| used.binding.is_some()) {
-        check_binding(&pipelines, used, graph.resources()[used.resource.index()].info.kind())?;
+        check_binding(&pipelines, used, graph.resources()[used.resource.index()].info)?;
     }
     let bound = |b: &Binding| pass.uses.iter().filter_map(|used| used.binding).any(|name| is_called(b, name));
     let mut wanted = pipelines.iter().flat_map(Shaders::bindings).filter(|(_, b)| b.set == 0);
@@ -202,17 +212,22 @@ fn check_scene(pipelines: &[Shaders], uses_scene: bool) -> Result<(), Fault> {
     if has_scene == uses_scene { Ok(()) } else { Err(Fault::Scene) }
 }
 
-fn check_binding(pipelines: &[Shaders], used: &Use, resource: Kind) -> Result<(), Fault> {
+fn check_binding(pipelines: &[Shaders], used: &Use, info: ResourceInfo) -> Result<(), Fault> {
+    let resource = info.kind();
     let Some(name) = used.binding else { return Ok(()) };
     let declared: Vec<(Stage, &Binding)> = pipelines.iter().flat_map(|p| p.named(name)).collect();
     let Some((_, first)) = declared.first() else { return Err(Fault::ExtraBinding(name.to_string())) };
     let binding = first.name.clone();
-    if declared.iter().any(|(_, b)| (b.set, b.binding, b.kind) != (0, first.binding, first.kind)) {
+    let same = |b: &Binding| (b.set, b.binding, b.kind, b.dimension) == (0, first.binding, first.kind, first.dimension);
+    if !declared.iter().all(|(_, b)| same(b)) {
         return Err(Fault::Disagreement(binding));
     }
     let bound = kind_of(used.access, resource);
     if bound != first.kind {
         return Err(Fault::WrongKind { binding, bound, wanted: first.kind });
+    }
+    if let (Some(bound), Some(wanted)) = (dimension_of(info).filter(|d| Some(*d) != first.dimension), first.dimension) {
+        return Err(Fault::WrongDimension { binding, bound, wanted });
     }
     let stages = used.access.sync(resource).stages;
     if declared.iter().any(|(stage, _)| !stages.contains(pipeline_stage(*stage))) {
@@ -241,6 +256,15 @@ pub(super) fn kind_of(access: Access, resource: Kind) -> BindingKind {
         }
         _ => BindingKind::StorageImage,
     }
+}
+
+fn dimension_of(info: ResourceInfo) -> Option<ImageDimension> {
+    let ResourceInfo::Image(info) = info else { return None };
+    Some(match info.depth {
+        ImageDepth::Flat => ImageDimension::D2,
+        ImageDepth::Layers(_) => ImageDimension::D2Array,
+        ImageDepth::Texels(_) => ImageDimension::D3,
+    })
 }
 
 fn pipeline_stage(stage: Stage) -> Stages {

@@ -6,11 +6,9 @@
 use std::sync::Arc;
 
 use super::buffer::Buffer;
-use super::compiled::texel_bytes;
 use super::device::Device;
 use super::executor::Executor;
 use super::physical::Physical;
-use super::resources::aspect;
 use super::runner::Policy;
 use super::scene_set::SceneSet;
 use super::transfer;
@@ -23,7 +21,9 @@ use crate::graph::{Access, Handle, ResourceInfo, Use};
 pub struct Written {
     /// Position in the graph's resource list.
     pub resource: usize,
-    /// The whole buffer, or the image's texels with rows packed.
+    /// Which level of an image.
+    pub level: u32,
+    /// The whole buffer, or the level's texels: rows, slices and layers packed.
     pub bytes: Vec<u8>,
 }
 
@@ -53,15 +53,15 @@ impl Executor {
         self.gpu.wait_idle()?;
         self.frame.rewind_history()?;
         let mut read = |index| {
-            let written = self.shown_after(index).into_iter().map(|used| self.read_after(used));
+            let written = self.shown_after(index).into_iter().map(|(used, level)| self.read_after(used, level));
             visit(index, written.collect::<Result<_>>()?)
         };
         self.run(0, frame_data, Policy::PassByPass { visit: &mut read }).map(drop)
     }
 
-    /// The uses of a pass whose contents tell something: what it writes, but of what it clears only that which
-    /// no later pass writes, and no image that the next pass goes on with.
-    fn shown_after(&self, index: usize) -> Vec<Use> {
+    /// The uses of a pass whose contents tell something, with each level of what they use: what it writes, but of what it
+    /// clears only that which no later pass writes, and no image that the next pass goes on with.
+    fn shown_after(&self, index: usize) -> Vec<(Use, u32)> {
         let passes = self.frame.graph.passes();
         let pass = &passes[index];
         let written_later =
@@ -84,30 +84,32 @@ impl Executor {
             let mut next = passes.get(index + 1).into_iter().flat_map(|p| &p.uses);
             image && next.any(|u| u.resource == resource && u.access == Access::ComputeReadWrite)
         };
-        let mut shown: Vec<Use> = Vec::new();
+        let mut shown: Vec<(Use, u32)> = Vec::new();
         for used in pass.uses.iter().filter(|used| used.access.is_write()) {
-            let known = shown.iter().any(|other| other.resource == used.resource);
             let tells_nothing = only_cleared(used.resource) && written_later(used.resource)
                 || continued(used.resource)
                 || is_scene_update(used.resource);
-            if !known && !tells_nothing {
-                shown.push(*used);
+            let levels = self.frame.graph.resources()[used.resource.index()].info.levels(used.level);
+            for level in levels.filter(|_| !tells_nothing) {
+                let known = |(other, at): &(Use, u32)| other.resource == used.resource && *at == level;
+                if !shown.iter().any(known) {
+                    shown.push((*used, level));
+                }
             }
         }
         shown
     }
 
-    fn read_after(&self, used: Use) -> Result<Written> {
+    fn read_after(&self, used: Use, level: u32) -> Result<Written> {
         let resource = used.resource.index();
         let bytes = match self.frame.resources.list[resource] {
             Physical::Buffer { raw, size_bytes } => transfer::download_buffer(&self.gpu, raw, size_bytes)?,
             Physical::Image { raw, info, .. } => {
                 let layout = used.access.sync(self.frame.graph.resources()[resource].info.kind()).layout;
-                let extent = [info.width_px, info.height_px];
-                transfer::download_image(&self.gpu, raw, aspect(&info), layout, extent, texel_bytes(info.format))?
+                transfer::download_image(&self.gpu, raw, &info, level, layout)?
             }
         };
-        Ok(Written { resource, bytes })
+        Ok(Written { resource, level, bytes })
     }
 }
 

@@ -6,13 +6,12 @@ use std::ops::Range;
 use ash::vk;
 
 use super::compiled::{CompiledFrame, CompiledPass};
-use super::physical::Physical;
+use super::physical::{Physical, image_levels};
 use super::pipeline::Pipeline;
-use super::resources::whole_image;
 use super::target::WindowTarget;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;
-use crate::graph::{Barrier, Handle, MemoryBarrier, PlannedPass};
+use crate::graph::{Barrier, Handle, ImageLevel, MemoryBarrier, PlannedPass};
 
 /// Bytes that one command may write to a buffer.
 const UPDATE_BYTES: usize = 65_536;
@@ -152,7 +151,7 @@ fn barriers(frame: &CompiledFrame, commands: vk::CommandBuffer, takeover: Option
                     .old_layout(barrier.old_layout)
                     .new_layout(barrier.new_layout)
                     .image(raw)
-                    .subresource_range(whole_image(&info)),
+                    .subresource_range(image_levels(&info, barrier.levels())),
             ),
         }
     }
@@ -219,9 +218,9 @@ fn push(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline,
 }
 
 fn raster(frame: &CompiledFrame, commands: vk::CommandBuffer, compiled: &CompiledPass, work: &RasterWork) {
-    let attachment = |image, layout, clear: Option<vk::ClearValue>, store| {
+    let attachment = |target: ImageLevel, layout, clear: Option<vk::ClearValue>, store| {
         vk::RenderingAttachmentInfo::default()
-            .image_view(frame.resources.image(image).1)
+            .image_view(frame.resources.view(target.image, Some(target.level)))
             .image_layout(layout)
             .load_op(clear.map_or(vk::AttachmentLoadOp::LOAD, |_| vk::AttachmentLoadOp::CLEAR))
             .store_op(store)
@@ -232,7 +231,7 @@ fn raster(frame: &CompiledFrame, commands: vk::CommandBuffer, compiled: &Compile
         .iter()
         .map(|c| {
             let clear = c.clear.map(|uint32| vk::ClearValue { color: vk::ClearColorValue { uint32 } });
-            attachment(c.image, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, clear, vk::AttachmentStoreOp::STORE)
+            attachment(c.target, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, clear, vk::AttachmentStoreOp::STORE)
         })
         .collect();
     let depth = work.depth.map(|d| {
@@ -243,7 +242,7 @@ fn raster(frame: &CompiledFrame, commands: vk::CommandBuffer, compiled: &Compile
         } else {
             (vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL, vk::AttachmentStoreOp::NONE)
         };
-        attachment(d.image, layout, clear, store)
+        attachment(d.target, layout, clear, store)
     });
     // An acquired image has the size of the window, which the graph does not know.
     let in_window = window_viewport(frame, work);
@@ -267,7 +266,7 @@ fn raster(frame: &CompiledFrame, commands: vk::CommandBuffer, compiled: &Compile
 
 /// Where in the window this frame draws, when that is what the pass draws to.
 fn window_viewport(frame: &CompiledFrame, work: &RasterWork) -> Option<Viewport> {
-    let target = work.colors.first()?.image;
+    let target = work.colors.first()?.target.image;
     let resource = &frame.graph.resources()[Handle::from(target).index()];
     let info = frame.resources.image(target).2;
     let whole = Viewport::whole(info.width_px, info.height_px);

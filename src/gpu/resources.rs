@@ -1,5 +1,6 @@
 //! The frame's buffers and images: created from the graph's declarations, transients sharing memory.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
@@ -9,7 +10,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use super::buffer::Buffer;
 use super::check;
 use super::device::Device;
-use super::physical::Physical;
+use super::physical::{Physical, image_create_info, view_create_info};
 use super::scene_set::SceneSet;
 use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::work::Work;
@@ -36,6 +37,8 @@ pub(super) struct Resources {
     pub memory: MemoryUse,
     /// Part of the acquired image that pictures are drawn to: x, y, width, height; `None` is all of it.
     pub shown_part_px: Option<[u32; 4]>,
+    /// By resource, a view of each level of an image that has several.
+    level_views: Vec<Vec<vk::ImageView>>,
     /// Buffers of the frames in flight that the host reads, by resource.
     readback: Vec<(usize, Vec<Buffer>)>,
     /// Whether each resource is the graph's own.
@@ -63,6 +66,7 @@ impl Resources {
             list: Vec::new(),
             memory: MemoryUse::default(),
             shown_part_px: None,
+            level_views: vec![Vec::new(); graph.resources().len()],
             readback: Vec::new(),
             owned: Vec::new(),
             history: Vec::new(),
@@ -117,6 +121,13 @@ impl Resources {
         }
     }
 
+    /// The view of one level of an image, or of all.
+    pub fn view(&self, handle: impl Into<Handle>, level: Option<u32>) -> vk::ImageView {
+        let handle = handle.into();
+        let views = &self.level_views[handle.index()];
+        level.and_then(|level| views.get(level as usize)).copied().unwrap_or_else(|| self.image(handle).1)
+    }
+
     fn create(&self, graph: &Graph<Work>, index: usize, name: &str, info: ResourceInfo) -> Result<Physical> {
         match info {
             ResourceInfo::Buffer(buffer) => {
@@ -132,15 +143,8 @@ impl Resources {
             }
             ResourceInfo::Image(info) => {
                 let usage = graph.usage_of(index).1 | vk::ImageUsageFlags::TRANSFER_SRC;
-                let create = vk::ImageCreateInfo::default()
-                    .image_type(vk::ImageType::TYPE_2D)
-                    .format(info.format)
-                    .extent(vk::Extent3D { width: info.width_px, height: info.height_px, depth: 1 })
-                    .mip_levels(1)
-                    .array_layers(1)
-                    .samples(vk::SampleCountFlags::TYPE_1)
-                    .tiling(vk::ImageTiling::OPTIMAL)
-                    .usage(usage);
+                let create = image_create_info(&info, usage);
+                self.gpu.check_image(name, &create)?;
                 // SAFETY: valid create info within the device's limits; destroyed in `drop`.
                 let raw = check(name, unsafe { self.gpu.device.create_image(&create, None) })?;
                 self.gpu.set_name(raw, name);
@@ -159,7 +163,10 @@ impl Resources {
 
     /// What the last frame wrote for the next one becomes what that one reads.
     pub fn change_places(&mut self) {
-        self.history.iter().for_each(|(previous, current)| self.list.swap(*previous, *current));
+        for (previous, current) in &self.history {
+            self.list.swap(*previous, *current);
+            self.level_views.swap(*previous, *current);
+        }
         self.odd_frame ^= true;
     }
 
@@ -299,20 +306,25 @@ impl Resources {
     }
 
     fn create_views(&mut self, graph: &Graph<Work>) -> Result<()> {
-        for (physical, resource) in self.list.iter_mut().zip(graph.resources()) {
-            if let Physical::Image { raw, view, info } = physical
+        for (index, resource) in graph.resources().iter().enumerate() {
+            if let Physical::Image { raw, info, .. } = self.list[index]
                 && is_owned(resource.lifetime)
             {
-                let create = vk::ImageViewCreateInfo::default()
-                    .image(*raw)
-                    .view_type(vk::ImageViewType::TYPE_2D)
-                    .format(info.format)
-                    .subresource_range(whole_image(info));
-                // SAFETY: the image is alive and bound.
-                *view = check(&resource.name, unsafe { self.gpu.device.create_image_view(&create, None) })?;
+                let view = self.create_view(&resource.name, raw, &info, 0..info.level_count)?;
+                self.list[index] = Physical::Image { raw, view, info };
+                for level in (0..info.level_count).filter(|_| info.level_count > 1) {
+                    let view = self.create_view(&resource.name, raw, &info, level..level + 1)?;
+                    self.level_views[index].push(view);
+                }
             }
         }
         Ok(())
+    }
+
+    fn create_view(&self, name: &str, raw: vk::Image, info: &ImageInfo, levels: Range<u32>) -> Result<vk::ImageView> {
+        let create = view_create_info(raw, info, levels);
+        // SAFETY: the image is alive and bound; destroyed in `drop`.
+        check(name, unsafe { self.gpu.device.create_image_view(&create, None) })
     }
 }
 
@@ -327,24 +339,12 @@ fn imported(scene: Option<&SceneSet>, resource: &Resource) -> Result<Physical> {
     part.ok_or_else(|| Error::Failure(format!("a pass needs `{}`, which the scene does not have", resource.name)))
 }
 
-/// Aspect of a frame image.
-pub(super) fn aspect(info: &ImageInfo) -> vk::ImageAspectFlags {
-    if info.is_depth() { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR }
-}
-
-/// The only subresource of a frame image.
-pub(super) fn whole_image(info: &ImageInfo) -> vk::ImageSubresourceRange {
-    vk::ImageSubresourceRange {
-        aspect_mask: aspect(info),
-        base_mip_level: 0,
-        level_count: 1,
-        base_array_layer: 0,
-        layer_count: 1,
-    }
-}
-
 impl Drop for Resources {
     fn drop(&mut self) {
+        for view in self.level_views.drain(..).flatten() {
+            // SAFETY: the executor waits for the GPU before it drops its resources.
+            unsafe { self.gpu.device.destroy_image_view(view, None) };
+        }
         for (physical, _) in self.list.iter().zip(&self.owned).filter(|(_, owned)| **owned) {
             // SAFETY: the executor waits for the GPU before it drops its resources; null views are ignored.
             unsafe {

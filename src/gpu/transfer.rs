@@ -8,10 +8,21 @@ use super::buffer::Buffer;
 use super::check;
 use super::device::Device;
 use super::image::Image;
+use super::physical::{image_levels, texel_bytes};
 use crate::error::Result;
+use crate::graph::ImageInfo;
 
 /// Bytes staged at a time when a buffer is uploaded.
 const STAGING_BYTES: usize = 32 << 20;
+
+/// All levels and layers of an image with colours.
+const WHOLE_COLOR_IMAGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: vk::REMAINING_MIP_LEVELS,
+    base_array_layer: 0,
+    layer_count: vk::REMAINING_ARRAY_LAYERS,
+};
 
 /// Records commands with `record`, submits them and waits.
 pub(super) fn submit_once(gpu: &Arc<Device>, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
@@ -54,12 +65,12 @@ pub(super) fn full_barrier(gpu: &Device, commands: vk::CommandBuffer) {
     unsafe { gpu.device.cmd_pipeline_barrier2(commands, &info) };
 }
 
-/// Changes the layout of a whole colour or depth image, waiting for everything before.
+/// Changes the layout of a part of an image, waiting for everything before.
 pub(super) fn image_layout(
     gpu: &Device,
     commands: vk::CommandBuffer,
     image: vk::Image,
-    aspect_mask: vk::ImageAspectFlags,
+    part: vk::ImageSubresourceRange,
     old: vk::ImageLayout,
     new: vk::ImageLayout,
 ) {
@@ -71,13 +82,7 @@ pub(super) fn image_layout(
         .old_layout(old)
         .new_layout(new)
         .image(image)
-        .subresource_range(vk::ImageSubresourceRange {
-            aspect_mask,
-            base_mip_level: 0,
-            level_count: vk::REMAINING_MIP_LEVELS,
-            base_array_layer: 0,
-            layer_count: vk::REMAINING_ARRAY_LAYERS,
-        })];
+        .subresource_range(part)];
     let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
     // SAFETY: recording outside a rendering scope; the image is alive.
     unsafe { gpu.device.cmd_pipeline_barrier2(commands, &info) };
@@ -137,7 +142,7 @@ pub(super) fn upload_image(gpu: &Arc<Device>, image: &Image, parts: &[Subresourc
     }
     submit_once(gpu, |commands| {
         let layout = |old, new| {
-            image_layout(gpu, commands, image.raw, vk::ImageAspectFlags::COLOR, old, new);
+            image_layout(gpu, commands, image.raw, WHOLE_COLOR_IMAGE, old, new);
         };
         layout(vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
         // SAFETY: the staging buffer holds every region; the image is in the layout named.
@@ -167,31 +172,33 @@ pub(super) fn download_buffer(gpu: &Arc<Device>, source: vk::Buffer, size_bytes:
     Ok(staging.mapped()[..size_bytes as usize].to_vec())
 }
 
-/// Reads a whole image of one mip and layer, rows packed, and gives it back in `layout`.
+/// Reads one level of an image, which is in `layout` and stays in it: rows, slices and layers packed.
 pub(super) fn download_image(
     gpu: &Arc<Device>,
     source: vk::Image,
-    aspect: vk::ImageAspectFlags,
+    info: &ImageInfo,
+    level: u32,
     layout: vk::ImageLayout,
-    extent_px: [u32; 2],
-    texel_bytes: u64,
 ) -> Result<Vec<u8>> {
-    let size = u64::from(extent_px[0]) * u64::from(extent_px[1]) * texel_bytes;
+    let [width, height, depth] = info.level_size_px(level);
+    let texels = [width, height, depth, info.layer_count()].map(u64::from).iter().product::<u64>();
+    let size = texels * texel_bytes(info.format);
     let staging = Buffer::host(gpu, "readback", size, vk::BufferUsageFlags::TRANSFER_DST)?;
+    let part = image_levels(info, level..level + 1);
     let region = [vk::BufferImageCopy::default()
         .image_subresource(vk::ImageSubresourceLayers {
-            aspect_mask: aspect,
-            mip_level: 0,
+            aspect_mask: part.aspect_mask,
+            mip_level: level,
             base_array_layer: 0,
-            layer_count: 1,
+            layer_count: part.layer_count,
         })
-        .image_extent(vk::Extent3D { width: extent_px[0], height: extent_px[1], depth: 1 })];
+        .image_extent(vk::Extent3D { width, height, depth })];
     let copy_layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
     submit_once(gpu, |commands| {
-        image_layout(gpu, commands, source, aspect, layout, copy_layout);
-        // SAFETY: the staging buffer is large enough; the image is in the layout named.
+        image_layout(gpu, commands, source, part, layout, copy_layout);
+        // SAFETY: the staging buffer is large enough; the level is in the layout named.
         unsafe { gpu.device.cmd_copy_image_to_buffer(commands, source, copy_layout, staging.raw, &region) };
-        image_layout(gpu, commands, source, aspect, copy_layout, layout);
+        image_layout(gpu, commands, source, part, copy_layout, layout);
         full_barrier(gpu, commands);
     })?;
     Ok(staging.mapped()[..size as usize].to_vec())

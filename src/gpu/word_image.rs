@@ -58,15 +58,17 @@ impl WordImage {
 
     /// As a resource of a frame.
     pub fn physical(&self) -> Physical {
-        let info = ImageInfo { format: FORMAT, width_px: ROW_TEXELS, height_px: self.rows };
-        Physical::Image { raw: self.image.raw, view: self.image.view, info }
+        Physical::Image { raw: self.image.raw, view: self.image.view, info: self.info() }
+    }
+
+    fn info(&self) -> ImageInfo {
+        ImageInfo::new(FORMAT, ROW_TEXELS, self.rows)
     }
 
     /// The bytes as uploaded; waits.
     pub fn read_back(&self, gpu: &Arc<Device>) -> Result<Vec<u8>> {
-        let (aspect, layout) = (vk::ImageAspectFlags::COLOR, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
-        let size_px = [ROW_TEXELS, self.rows];
-        let mut bytes = download_image(gpu, self.image.raw, aspect, layout, size_px, TEXEL_BYTES as u64)?;
+        let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        let mut bytes = download_image(gpu, self.image.raw, &self.info(), 0, layout)?;
         bytes.truncate(self.size_bytes);
         Ok(bytes)
     }

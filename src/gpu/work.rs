@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use crate::graph::{BufferHandle, ImageHandle};
+use crate::graph::{BufferHandle, ImageLevel};
 use crate::shared::DISPATCH_WIDTH;
 
 /// The work of one pass.
@@ -90,8 +90,8 @@ impl Dispatch {
 /// A colour attachment.
 #[derive(Clone, Copy, Debug)]
 pub struct ColorTarget {
-    /// The image; the pass must declare a colour attachment access of it.
-    pub image: ImageHandle,
+    /// The image, or one level of it; the pass must declare a colour attachment access of it.
+    pub target: ImageLevel,
     /// Clear value as raw 32-bit words (floats by `to_bits`), or `None` to load.
     pub clear: Option<[u32; 4]>,
 }
@@ -99,8 +99,8 @@ pub struct ColorTarget {
 /// The depth attachment.
 #[derive(Clone, Copy, Debug)]
 pub struct DepthTarget {
-    /// The image; the pass must declare a depth attachment access of it.
-    pub image: ImageHandle,
+    /// The image, or one level of it; the pass must declare a depth attachment access of it.
+    pub target: ImageLevel,
     /// Clear value, or `None` to load.
     pub clear: Option<f32>,
     /// Whether draws write depth.

@@ -190,6 +190,19 @@ impl Access {
         }
     }
 
+    /// Whether the image is an attachment of the pass.
+    #[must_use]
+    pub fn is_attachment(self) -> bool {
+        let attachments = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
+        self.image_usage().intersects(attachments)
+    }
+
+    /// Whether one use takes all mip levels of an image, as sampling does; storage images and attachments have one.
+    #[must_use]
+    pub fn takes_levels(self) -> bool {
+        !self.is_attachment() && !self.image_usage().contains(ImageUsageFlags::STORAGE)
+    }
+
     /// Usage flags a buffer needs for this access; empty where the access needs none or is not for buffers.
     #[must_use]
     pub fn buffer_usage(self) -> BufferUsageFlags {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::builder::Graph;
-use super::plan::{MemoryBarrier, Plan};
+use super::plan::{Barrier, MemoryBarrier, Plan};
 use super::resource::Handle;
 
 /// What one transient resource asks of its memory.
@@ -123,7 +123,8 @@ pub fn add_alias_barriers<P>(
     }
 }
 
-/// Makes pass `first`, the first to use `resource`, wait for the last uses of `former`, whose memory it takes over.
+/// Makes pass `first`, the first to use `resource`, wait for the last uses of `former`, whose memory it takes over. Levels
+/// of an image that begin later find the memory available, but their transitions wait as well.
 fn take_over<P>(plan: &mut Plan, graph: &Graph<P>, resource: Handle, first: usize, former: &[usize]) {
     let mut dependency = MemoryBarrier::default();
     for &other in former {
@@ -137,12 +138,10 @@ fn take_over<P>(plan: &mut Plan, graph: &Graph<P>, resource: Handle, first: usiz
         dependency.dst_stage |= scope.stages;
         dependency.dst_access |= scope.access;
     }
-    let pass = &mut plan.passes[first];
-    pass.barriers.iter_mut().filter(|barrier| barrier.resource == resource && barrier.is_transition()).for_each(
-        |barrier| {
-            barrier.src_stage |= dependency.src_stage;
-            barrier.src_access |= dependency.src_access;
-        },
-    );
-    *pass.takeover.get_or_insert_default() |= dependency;
+    let begins = |barrier: &&mut Barrier| barrier.resource == resource && barrier.drops_contents();
+    for barrier in plan.passes.iter_mut().flat_map(|pass| &mut pass.barriers).filter(begins) {
+        barrier.src_stage |= dependency.src_stage;
+        barrier.src_access |= dependency.src_access;
+    }
+    *plan.passes[first].takeover.get_or_insert_default() |= dependency;
 }

@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::access::Access;
 use super::resource::{
-    BufferHandle, BufferInfo, Handle, History, ImageHandle, ImageInfo, Lifetime, Resource, ResourceInfo,
+    BufferHandle, BufferInfo, Handle, History, ImageHandle, ImageInfo, Lifetime, Part, Resource, ResourceInfo,
 };
 
 /// Names a pass of one graph.
@@ -26,6 +26,8 @@ impl PassId {
 pub struct Use {
     /// The resource.
     pub resource: Handle,
+    /// The only level of it that the pass uses, or `None` for all of it.
+    pub level: Option<u32>,
     /// What the pass does with it.
     pub access: Access,
     /// Descriptor binding it is attached at; `None` for attachments, indirect arguments and copies.
@@ -88,10 +90,10 @@ impl<P> Pass<P> {
         self
     }
 
-    /// Attaches a resource at a descriptor binding.
+    /// Attaches a resource, or one level of an image, at a descriptor binding.
     #[must_use]
-    pub fn bind(mut self, binding: impl Into<BindingName>, resource: impl Into<Handle>, access: Access) -> Self {
-        self.uses.push(Use { resource: resource.into(), access, binding: Some(binding.into()) });
+    pub fn bind(mut self, binding: impl Into<BindingName>, part: impl Into<Part>, access: Access) -> Self {
+        self.add_use(part.into(), access, Some(binding.into()));
         self
     }
 
@@ -102,18 +104,23 @@ impl<P> Pass<P> {
     }
 
     /// Uses one more resource without a descriptor.
-    pub fn declare(&mut self, resource: impl Into<Handle>, access: Access) {
-        self.uses.push(Use { resource: resource.into(), access, binding: None });
+    pub fn declare(&mut self, part: impl Into<Part>, access: Access) {
+        self.add_use(part.into(), access, None);
     }
 
-    /// Uses a resource without a descriptor: attachments, indirect arguments, copies.
+    /// Uses a resource, or one level of an image, without a descriptor: attachments, indirect arguments, copies.
     ///
     /// A resource used more than once in a pass counts as used in all those ways at once: if the pass writes it
-    /// at one stage and reads it at another, the pass must record the barriers in between itself.
+    /// at one stage and reads it at another, the pass must record the barriers in between itself. Each level of an
+    /// image counts for itself: a pass may read one and write the next.
     #[must_use]
-    pub fn uses(mut self, resource: impl Into<Handle>, access: Access) -> Self {
-        self.uses.push(Use { resource: resource.into(), access, binding: None });
+    pub fn uses(mut self, part: impl Into<Part>, access: Access) -> Self {
+        self.declare(part, access);
         self
+    }
+
+    fn add_use(&mut self, Part { resource, level }: Part, access: Access, binding: Option<BindingName>) {
+        self.uses.push(Use { resource, level, access, binding });
     }
 }
 
@@ -157,7 +164,7 @@ impl<P> Graph<P> {
 
     /// An image owned outside the graph, whose owner knows its size; other graphs on the queue may use it as well.
     pub fn imported_image(&mut self, name: &str, format: vk::Format) -> ImageHandle {
-        let info = ResourceInfo::Image(ImageInfo { format, width_px: 0, height_px: 0 });
+        let info = ResourceInfo::Image(ImageInfo::new(format, 0, 0));
         ImageHandle(self.resource_slot(name, info, Lifetime::Imported))
     }
 

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::access::{Access, SyncScope};
-use super::builder::{BindingName, Graph, Pass};
-use super::resource::{Handle, Lifetime, Resource, ResourceInfo};
+use super::builder::{BindingName, Graph, Pass, Use};
+use super::resource::{Handle, ImageDepth, Lifetime, Resource, ResourceInfo};
 
 /// Why a frame cannot be planned.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -21,11 +21,53 @@ pub enum PlanError {
         /// The shared name.
         resource: String,
     },
-    /// A buffer of 0 bytes or an image without texels.
+    /// A buffer of 0 bytes, or an image without texels, layers or levels.
     #[error("resource `{resource}` has no size")]
     ZeroSize {
         /// The resource.
         resource: String,
+    },
+    /// More mip levels than it takes to come down to one texel.
+    #[error("image `{resource}` has {level_count} levels, but only {most} fit its size")]
+    TooManyLevels {
+        /// The image.
+        resource: String,
+        /// Its levels.
+        level_count: u32,
+        /// The most that fit.
+        most: u32,
+    },
+    /// A mip level that the resource does not have.
+    #[error("pass `{pass}` uses level {level} of `{resource}`, which has {level_count}")]
+    UnknownLevel {
+        /// The pass.
+        pass: String,
+        /// The resource.
+        resource: String,
+        /// The level.
+        level: u32,
+        /// How many there are.
+        level_count: u32,
+    },
+    /// A use that takes one level, of an image that has several.
+    #[error("pass `{pass}` uses `{resource}` as {access:?}, which takes one of its levels")]
+    LevelNotNamed {
+        /// The pass.
+        pass: String,
+        /// The image.
+        resource: String,
+        /// The access.
+        access: Access,
+    },
+    /// An array or an image of three dimensions as an attachment.
+    #[error("pass `{pass}` uses `{resource}` as {access:?}, but only flat images can be attachments")]
+    AttachmentNotFlat {
+        /// The pass.
+        pass: String,
+        /// The image.
+        resource: String,
+        /// The access.
+        access: Access,
     },
     /// A handle that no resource of this graph answers to.
     #[error("pass `{pass}` uses resource number {index}, which this graph does not have")]
@@ -97,29 +139,26 @@ impl From<PlanError> for crate::Error {
     }
 }
 
-/// Everything one pass does with one resource.
+/// Everything one pass does with one level of an image, or with a buffer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Need {
     pub resource: Handle,
+    pub level: u32,
     pub scope: SyncScope,
     pub reads: bool,
     pub writes: bool,
     first: Access,
 }
 
-/// Checks the whole graph and gives, per pass, its uses merged by resource in order of declaration.
+/// Checks the whole graph and gives, per pass, its uses merged by resource and level in order of declaration.
 pub(super) fn check<P>(graph: &Graph<P>) -> Result<Vec<Vec<Need>>, PlanError> {
     let mut names = HashSet::new();
     for resource in graph.resources() {
         if !names.insert(&resource.name) {
             return Err(PlanError::DuplicateResource { resource: resource.name.clone() });
         }
-        let empty = match resource.info {
-            ResourceInfo::Buffer(info) => info.size_bytes == 0,
-            ResourceInfo::Image(info) => info.width_px == 0 || info.height_px == 0,
-        };
-        if empty && resource.lifetime != Lifetime::Imported {
-            return Err(PlanError::ZeroSize { resource: resource.name.clone() });
+        if resource.lifetime != Lifetime::Imported {
+            check_size(resource)?;
         }
     }
     let mut names = HashSet::new();
@@ -132,26 +171,42 @@ pub(super) fn check<P>(graph: &Graph<P>) -> Result<Vec<Vec<Need>>, PlanError> {
         let needs = merge_uses(pass, graph.resources())?;
         for need in &needs {
             let resource = &graph.resources()[need.resource.index()];
-            if resource.lifetime.starts_empty() && need.reads && !written.contains(&need.resource) {
+            if resource.lifetime.starts_empty() && need.reads && !written.contains(&(need.resource, need.level)) {
                 return Err(PlanError::ReadBeforeWrite { pass: pass.name.clone(), resource: resource.name.clone() });
             }
         }
-        written.extend(needs.iter().filter(|need| need.writes).map(|need| need.resource));
+        written.extend(needs.iter().filter(|need| need.writes).map(|need| (need.resource, need.level)));
         all.push(needs);
     }
     history_written(graph, &all, &written)?;
     Ok(all)
 }
 
-/// Of every pair in use the current one must be written.
-fn history_written<P>(graph: &Graph<P>, needs: &[Vec<Need>], written: &HashSet<Handle>) -> Result<(), PlanError> {
+fn check_size(resource: &Resource) -> Result<(), PlanError> {
+    let name = || resource.name.clone();
+    match resource.info {
+        ResourceInfo::Buffer(info) if info.size_bytes == 0 => Err(PlanError::ZeroSize { resource: name() }),
+        ResourceInfo::Image(info) if info.is_empty() => Err(PlanError::ZeroSize { resource: name() }),
+        ResourceInfo::Image(info) if info.level_count > info.most_levels() => {
+            Err(PlanError::TooManyLevels { resource: name(), level_count: info.level_count, most: info.most_levels() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Of every pair in use the current one must be written, each level that is used.
+fn history_written<P>(
+    graph: &Graph<P>,
+    needs: &[Vec<Need>],
+    written: &HashSet<(Handle, u32)>,
+) -> Result<(), PlanError> {
     for need in needs.iter().flatten() {
         let current = match graph.resources()[need.resource.index()].lifetime {
             Lifetime::Previous { current } => current,
             Lifetime::Current { .. } => need.resource,
             _ => continue,
         };
-        if !written.contains(&current) {
+        if !written.contains(&(current, need.level)) {
             return Err(PlanError::HistoryNotWritten { resource: graph.resources()[current.index()].name.clone() });
         }
     }
@@ -167,35 +222,52 @@ fn merge_uses<P>(pass: &Pass<P>, resources: &[Resource]) -> Result<Vec<Need>, Pl
         let Some(resource) = resources.get(index) else {
             return Err(PlanError::UnknownResource { pass: pass.name.clone(), index });
         };
-        let names = || (pass.name.clone(), resource.name.clone());
+        check_use(&pass.name, resource, used)?;
         if let Some(binding) = used.binding.filter(|&binding| !bindings.insert(binding)) {
-            let (pass, resource) = names();
+            let (pass, resource) = (pass.name.clone(), resource.name.clone());
             return Err(PlanError::DuplicateBinding { pass, resource, binding });
         }
-        let kind = resource.info.kind();
-        if !used.access.fits(kind) {
-            let (pass, resource) = names();
-            return Err(PlanError::DoesNotFit { pass, resource, access: used.access });
-        }
-        if matches!(resource.lifetime, Lifetime::Previous { .. }) && used.access.is_write() {
-            let (pass, resource) = names();
-            return Err(PlanError::WriteToPrevious { pass, resource });
-        }
-        let scope = used.access.sync(kind);
-        let slot = *slots.entry(used.resource).or_insert(needs.len());
+        let scope = used.access.sync(resource.info.kind());
         let (reads, writes) = (used.access.is_read(), used.access.is_write());
-        let Some(need) = needs.get_mut(slot) else {
-            needs.push(Need { resource: used.resource, scope, reads, writes, first: used.access });
-            continue;
-        };
-        if need.scope.layout != scope.layout {
-            let (pass, resource) = names();
-            return Err(PlanError::Conflict { pass, resource, first: need.first, second: used.access });
+        for level in resource.info.levels(used.level) {
+            let slot = *slots.entry((used.resource, level)).or_insert(needs.len());
+            let Some(need) = needs.get_mut(slot) else {
+                needs.push(Need { resource: used.resource, level, scope, reads, writes, first: used.access });
+                continue;
+            };
+            if need.scope.layout != scope.layout {
+                let (pass, resource) = (pass.name.clone(), resource.name.clone());
+                return Err(PlanError::Conflict { pass, resource, first: need.first, second: used.access });
+            }
+            need.scope.stages |= scope.stages;
+            need.scope.access |= scope.access;
+            need.reads |= reads;
+            need.writes |= writes;
         }
-        need.scope.stages |= scope.stages;
-        need.scope.access |= scope.access;
-        need.reads |= reads;
-        need.writes |= writes;
     }
     Ok(needs)
+}
+
+/// Whether a resource can be used this way.
+fn check_use(pass: &str, resource: &Resource, used: &Use) -> Result<(), PlanError> {
+    let (pass, access) = (pass.to_owned(), used.access);
+    let (name, level_count) = (resource.name.clone(), resource.info.level_count());
+    if !access.fits(resource.info.kind()) {
+        return Err(PlanError::DoesNotFit { pass, resource: name, access });
+    }
+    if matches!(resource.lifetime, Lifetime::Previous { .. }) && access.is_write() {
+        return Err(PlanError::WriteToPrevious { pass, resource: name });
+    }
+    if let Some(level) = used.level.filter(|level| *level >= level_count) {
+        return Err(PlanError::UnknownLevel { pass, resource: name, level, level_count });
+    }
+    if used.level.is_none() && level_count > 1 && !access.takes_levels() {
+        return Err(PlanError::LevelNotNamed { pass, resource: name, access });
+    }
+    match resource.info {
+        ResourceInfo::Image(info) if access.is_attachment() && info.depth != ImageDepth::Flat => {
+            Err(PlanError::AttachmentNotFlat { pass, resource: name, access })
+        }
+        _ => Ok(()),
+    }
 }

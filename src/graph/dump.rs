@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::builder::Graph;
 use super::plan::Plan;
-use super::resource::{Lifetime, Resource, ResourceInfo};
+use super::resource::{ImageDepth, ImageInfo, Lifetime, Resource, ResourceInfo};
 
 /// Draws passes as boxes (with their barrier counts) in a chain, resources as ellipses (with size and lifetime), and
 /// every use as an arrow labelled with its access and binding: into the pass if it reads, out of it if it writes.
@@ -30,7 +30,8 @@ pub fn to_dot<P>(graph: &Graph<P>, plan: &Plan) -> String {
         for used in &pass.uses {
             let resource = used.resource.index();
             let binding = used.binding.map_or_else(String::new, |binding| format!(" @{binding}"));
-            let label = format!("[label=\"{:?}{binding}\"]", used.access);
+            let level = used.level.map_or_else(String::new, |level| format!(" level {level}"));
+            let label = format!("[label=\"{:?}{level}{binding}\"]", used.access);
             if used.access.is_read() {
                 line(&mut dot, &format!("r{resource} -> p{index} {label};"));
             }
@@ -61,9 +62,19 @@ fn resource_label(resource: &Resource) -> String {
     let shape = match resource.info {
         _ if resource.lifetime == Lifetime::Imported => "as large as its owner made it".to_owned(),
         ResourceInfo::Buffer(info) => format!("{} bytes", info.size_bytes),
-        ResourceInfo::Image(info) => format!("{}x{} {:?}", info.width_px, info.height_px, info.format),
+        ResourceInfo::Image(info) => image_shape(&info),
     };
     format!("{}\\n{shape}\\n{lifetime}", escape(&resource.name))
+}
+
+fn image_shape(info: &ImageInfo) -> String {
+    let depth = match info.depth {
+        ImageDepth::Flat => String::new(),
+        ImageDepth::Layers(count) => format!(", {count} layers"),
+        ImageDepth::Texels(depth_px) => format!("x{depth_px}"),
+    };
+    let levels = if info.level_count > 1 { format!(", {} levels", info.level_count) } else { String::new() };
+    format!("{}x{}{depth}{levels} {:?}", info.width_px, info.height_px, info.format)
 }
 
 fn escape(name: &str) -> String {

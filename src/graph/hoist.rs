@@ -3,8 +3,8 @@
 //! A barrier does its duty anywhere between the last earlier use that it must follow and the pass that needs it. The
 //! fewest points that hit all these intervals are found by always taking the end of the one that ends first.
 
-use super::builder::Graph;
-use super::plan::{Barrier, MemoryBarrier, Plan, PlannedPass};
+use super::builder::{Graph, Use};
+use super::plan::{Barrier, MemoryBarrier, Plan, PlannedPass, meet};
 
 /// Something recorded before a pass, and the passes before which it may be recorded instead.
 struct Movable {
@@ -60,13 +60,14 @@ fn earliest<P>(plan: &Plan, graph: &Graph<P>, barrier: &Barrier, latest: usize) 
         // Nobody may touch it before the submission that waits for its semaphore, which begins with its first pass.
         return latest;
     }
-    let uses = |pass: usize| graph.passes()[pass].uses.iter().filter(move |used| used.resource == resource);
+    let info = graph.resources()[resource.index()].info;
+    let is_meant = |used: &&Use| used.resource == resource && meet(&info.levels(used.level), &barrier.levels());
+    let uses = |pass: usize| graph.passes()[pass].uses.iter().filter(is_meant);
     let writes = |pass: usize| uses(pass).any(|used| used.access.is_write());
     // What only makes contents visible to a reader goes before other readers, too.
     let follows_readers = barrier.is_transition() || writes(latest);
-    let transitions = |pass: usize| {
-        plan.passes[pass].barriers.iter().any(|other| other.resource == resource && other.is_transition())
-    };
+    let transitions =
+        |pass: usize| plan.passes[pass].barriers.iter().any(|other| other.is_transition() && barrier.meets(other));
     let follows = |pass: &usize| {
         if follows_readers { uses(*pass).next().is_some() } else { writes(*pass) || transitions(*pass) }
     };
@@ -80,15 +81,17 @@ fn after_former_owners(plan: &Plan, resource: usize, latest: usize) -> usize {
     lasts.filter(|&last| last < latest).map(|last| last + 1).max().unwrap_or(0)
 }
 
-/// Adds to the batch before a pass; two barriers for readers of one resource become one.
+/// Adds to the batch before a pass; two barriers for readers of the same levels of one resource become one.
 fn place(pass: &mut PlannedPass, what: What) {
     let barrier = match what {
         What::Takeover(takeover) => return *pass.takeover.get_or_insert_default() |= takeover,
         What::Barrier(barrier) => barrier,
     };
-    match pass.barriers.iter_mut().find(|other| other.resource == barrier.resource) {
+    let alone = |other: &Barrier| !other.meets(&barrier) || !(other.is_transition() || barrier.is_transition());
+    debug_assert!(pass.barriers.iter().all(alone), "a transition follows every use");
+    let same = |other: &&mut Barrier| other.resource == barrier.resource && other.levels() == barrier.levels();
+    match pass.barriers.iter_mut().find(same) {
         Some(other) => {
-            debug_assert!(!other.is_transition() && !barrier.is_transition(), "a transition follows every use");
             other.src_stage |= barrier.src_stage;
             other.src_access |= barrier.src_access;
             other.dst_stage |= barrier.dst_stage;

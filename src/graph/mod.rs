@@ -20,6 +20,6 @@ pub use dump::to_dot;
 pub use hoist::hoist;
 pub use plan::{Barrier, MemoryBarrier, Plan, PlannedPass, plan};
 pub use resource::{
-    BufferHandle, BufferInfo, Handle, History, IMPORTED_LAYOUT, ImageHandle, ImageInfo, Kind, Lifetime, Resource,
-    ResourceInfo,
+    BufferHandle, BufferInfo, Handle, History, IMPORTED_LAYOUT, ImageDepth, ImageHandle, ImageInfo, ImageLevel, Kind,
+    Lifetime, Part, Resource, ResourceInfo,
 };

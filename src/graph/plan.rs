@@ -1,15 +1,16 @@
 //! From a declared frame to its barriers, as plain data.
 //!
-//! Per resource the plan tracks the last write, the stages that have read since, what the write is already visible
-//! to, and the image layout. A layout transition counts as a write that is over as soon as it is visible.
+//! Per buffer and per mip level of an image, with all its layers, the plan tracks the last write, the stages that have
+//! read since, what the write is already visible to, and the layout. A layout transition counts as a write that is
+//! over as soon as it is visible.
 
-use std::ops::BitOrAssign;
+use std::ops::{BitOrAssign, Range};
 
 use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
 
 use super::builder::Graph;
 use super::check::{Need, PlanError, check};
-use super::resource::{Handle, IMPORTED_LAYOUT, ImageHandle, Lifetime, Resource, ResourceInfo};
+use super::resource::{Handle, IMPORTED_LAYOUT, ImageHandle, ImageLevel, Lifetime, Resource, ResourceInfo};
 
 const WRITES: Mask = Mask::from_raw(
     Mask::SHADER_STORAGE_WRITE.as_raw()
@@ -32,9 +33,9 @@ pub struct Plan {
     pub release: Vec<Barrier>,
     /// First and last pass that use each resource; `None` for one that no pass uses.
     pub lifetimes: Vec<Option<(usize, usize)>>,
-    /// Layout each used persistent image must be brought to once, before the first frame; that transition (from
-    /// `UNDEFINED`) must be complete and visible to every stage.
-    pub initial: Vec<(ImageHandle, ImageLayout)>,
+    /// Layout each used level of a persistent image must be brought to once, before the first frame; that transition
+    /// (from `UNDEFINED`) must be complete and visible to every stage.
+    pub initial: Vec<(ImageLevel, ImageLayout)>,
     /// Per resource, stages and writes of its last uses in a frame: what new contents of its memory must wait for.
     pub(super) last_uses: Vec<(Stage, Mask)>,
     /// Per resource, those that share memory with it.
@@ -46,7 +47,7 @@ pub struct Plan {
 pub struct PlannedPass {
     /// The pass's name.
     pub name: String,
-    /// What to record before the pass, in one batch; at most one barrier for each resource.
+    /// What to record before the pass, in one batch; at most one barrier for each buffer or level of an image.
     pub barriers: Vec<Barrier>,
     /// Recorded in the same batch: a barrier for all memory, where resources first used by this pass (or, after
     /// [`hoist`](super::hoist()), a later one) take over memory from others. Nothing else needs one.
@@ -82,6 +83,10 @@ impl BitOrAssign for MemoryBarrier {
 pub struct Barrier {
     /// The resource.
     pub resource: Handle,
+    /// First mip level that it is for; 0 for buffers.
+    pub first_level: u32,
+    /// How many mip levels it is for; 1 for buffers.
+    pub level_count: u32,
     /// Stages to wait for.
     pub src_stage: Stage,
     /// Writes to make available; `NONE` where only the order of execution matters.
@@ -101,6 +106,29 @@ impl Barrier {
     #[must_use]
     pub fn is_transition(&self) -> bool {
         self.old_layout != self.new_layout
+    }
+
+    /// Whether an image begins with it, its former contents of no use.
+    #[must_use]
+    pub fn drops_contents(&self) -> bool {
+        self.is_transition() && self.old_layout == ImageLayout::UNDEFINED
+    }
+
+    /// Whether both are for the same buffer, or for the same level of an image.
+    pub(super) fn meets(&self, other: &Self) -> bool {
+        self.resource == other.resource && meet(&self.levels(), &other.levels())
+    }
+
+    /// Whether `next` is the same for the levels that follow.
+    fn continues_with(&self, next: &Self) -> bool {
+        let end = self.levels().end;
+        next.first_level == end && Self { first_level: end, level_count: next.level_count, ..*self } == *next
+    }
+
+    /// The mip levels that it is for.
+    #[must_use]
+    pub fn levels(&self) -> Range<u32> {
+        self.first_level..self.first_level + self.level_count
     }
 }
 
@@ -133,13 +161,8 @@ impl Plan {
 pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
     let needs = check(graph)?;
     let resources = graph.resources();
-    let mut lifetimes: Vec<Option<(usize, usize)>> = vec![None; resources.len()];
-    for (index, pass) in needs.iter().enumerate() {
-        for need in pass {
-            lifetimes[need.resource.index()].get_or_insert((index, index)).1 = index;
-        }
-    }
-    let mut states = vec![State::default(); resources.len()];
+    let mut states: Vec<Vec<State>> =
+        resources.iter().map(|resource| vec![State::default(); resource.info.level_count() as usize]).collect();
     let mut passes = Vec::new();
     // The first runs find the state a frame leaves behind, two for pairs that change places; the last plans the frame
     // that starts from it.
@@ -147,32 +170,73 @@ pub fn plan<P>(graph: &Graph<P>) -> Result<Plan, PlanError> {
         begin_frame(resources, &mut states);
         passes.clear();
         for (pass, needs) in graph.passes().iter().zip(&needs) {
-            let barriers = needs.iter().filter_map(|need| states[need.resource.index()].advance(need)).collect();
-            let between = if pass.repeats { needs.iter().filter_map(repetition).collect() } else { Vec::new() };
+            let before = |need: &Need| states[need.resource.index()][need.level as usize].advance(need);
+            let barriers = join_levels(needs.iter().filter_map(before));
+            let between = if pass.repeats { join_levels(needs.iter().filter_map(repetition)) } else { Vec::new() };
             passes.push(PlannedPass { name: pass.name.clone(), barriers, takeover: None, between });
         }
     }
+    let lifetimes = lifetimes(resources.len(), &needs);
     let initial = initial_layouts(resources, &states, &lifetimes);
-    let last_uses = states.iter().map(|state| (state.write_stages | state.read_stages, state.write_access)).collect();
-    let release = (0..resources.len()).filter_map(|index| states[index].release(Handle(index))).collect();
+    let last_uses = states.iter().map(|levels| last_use(levels)).collect();
+    let left = states.iter().enumerate().flat_map(|(index, levels)| levels.iter().zip(0..).map(move |l| (index, l)));
+    let release = join_levels(left.filter_map(|(index, (state, level))| state.release(Handle(index), level)));
     Ok(Plan { passes, release, lifetimes, initial, last_uses, sharing: vec![Vec::new(); resources.len()] })
 }
 
+/// Per resource, the first and the last pass that use it.
+type Lifetimes = Vec<Option<(usize, usize)>>;
+
+fn lifetimes(count: usize, needs: &[Vec<Need>]) -> Lifetimes {
+    let mut lifetimes: Lifetimes = vec![None; count];
+    for (pass, needs) in needs.iter().enumerate() {
+        for need in needs {
+            lifetimes[need.resource.index()].get_or_insert((pass, pass)).1 = pass;
+        }
+    }
+    lifetimes
+}
+
+/// Stages and writes that have to be over before anything else may happen to a resource's memory.
+fn last_use(levels: &[State]) -> (Stage, Mask) {
+    levels.iter().fold((Stage::NONE, Mask::NONE), |(stages, writes), state| {
+        (stages | state.write_stages | state.read_stages, writes | state.write_access)
+    })
+}
+
+/// Whether two ranges of levels have one in common.
+pub(super) fn meet(a: &Range<u32>, b: &Range<u32>) -> bool {
+    a.start < b.end && b.start < a.end
+}
+
+/// Makes one of barriers that are the same for consecutive levels of an image.
+fn join_levels(barriers: impl Iterator<Item = Barrier>) -> Vec<Barrier> {
+    let mut joined: Vec<Barrier> = Vec::new();
+    for barrier in barriers {
+        match joined.last_mut() {
+            Some(last) if last.continues_with(&barrier) => last.level_count += barrier.level_count,
+            _ => joined.push(barrier),
+        }
+    }
+    joined
+}
+
 /// What a frame finds of its resources, from what the frame before left.
-fn begin_frame(resources: &[Resource], states: &mut [State]) {
+fn begin_frame(resources: &[Resource], states: &mut [Vec<State>]) {
     for (index, resource) in resources.iter().enumerate() {
+        let drop_contents = |state: &mut State| state.layout = Some(ImageLayout::UNDEFINED);
         match resource.lifetime {
-            Lifetime::Transient => states[index].layout = Some(ImageLayout::UNDEFINED),
-            Lifetime::Acquired => states[index] = State::acquired(),
-            Lifetime::Continued => states[index] = State::continued(),
+            Lifetime::Transient => states[index].iter_mut().for_each(drop_contents),
+            Lifetime::Acquired => states[index].fill(State::acquired()),
+            Lifetime::Continued => states[index].fill(State::continued()),
             // The host has waited for the frame that last had this buffer.
-            Lifetime::Readback => states[index] = State::default(),
+            Lifetime::Readback => states[index].fill(State::default()),
             Lifetime::Previous { current } => {
                 states.swap(index, current.index());
                 // Its contents are two frames old.
-                states[current.index()].layout = Some(ImageLayout::UNDEFINED);
+                states[current.index()].iter_mut().for_each(drop_contents);
             }
-            Lifetime::Imported => states[index] = State::imported(resource.info),
+            Lifetime::Imported => states[index].fill(State::imported(resource.info)),
             Lifetime::Persistent | Lifetime::Current { .. } => {}
         }
     }
@@ -181,24 +245,28 @@ fn begin_frame(resources: &[Resource], states: &mut [State]) {
 /// The layouts in which the first frame expects the images that keep theirs, from what a frame leaves.
 fn initial_layouts(
     resources: &[Resource],
-    states: &[State],
+    states: &[Vec<State>],
     lifetimes: &[Option<(usize, usize)>],
-) -> Vec<(ImageHandle, ImageLayout)> {
-    let left = |index: usize| {
-        let from = match (resources[index].info, resources[index].lifetime) {
-            (ResourceInfo::Image(_), Lifetime::Persistent) => index,
-            (ResourceInfo::Image(_), Lifetime::Previous { current }) => current.index(),
-            _ => return None,
-        };
-        lifetimes[index].and(states[from].layout).map(|layout| (ImageHandle(index), layout))
-    };
-    (0..resources.len()).filter_map(left).collect()
+) -> Vec<(ImageLevel, ImageLayout)> {
+    let used = (0..resources.len()).filter(|index| lifetimes[*index].is_some());
+    let left = used.filter_map(|index| match (resources[index].info, resources[index].lifetime) {
+        (ResourceInfo::Image(_), Lifetime::Persistent) => Some((index, &states[index])),
+        (ResourceInfo::Image(_), Lifetime::Previous { current }) => Some((index, &states[current.index()])),
+        _ => None,
+    });
+    let levels = left.flat_map(|(index, levels)| {
+        let layouts = levels.iter().zip(0..);
+        layouts.filter_map(move |(state, level)| Some((ImageHandle(index).level(level), state.layout?)))
+    });
+    levels.collect()
 }
 
 /// The barrier between two repetitions of a pass for something it writes.
 fn repetition(need: &Need) -> Option<Barrier> {
     need.writes.then_some(Barrier {
         resource: need.resource,
+        first_level: need.level,
+        level_count: 1,
         src_stage: need.scope.stages,
         src_access: need.scope.access & WRITES,
         dst_stage: need.scope.stages,
@@ -208,7 +276,7 @@ fn repetition(need: &Need) -> Option<Barrier> {
     })
 }
 
-/// What is known of one resource between two passes.
+/// What is known of a buffer, or of one level of an image, between two passes.
 #[derive(Clone, Debug, Default)]
 struct State {
     /// Stages of the last write, or stages that already wait for the last layout transition.
@@ -252,13 +320,15 @@ impl State {
     }
 
     /// What an imported resource needs at the end of a frame.
-    fn release(&self, resource: Handle) -> Option<Barrier> {
+    fn release(&self, resource: Handle, first_level: u32) -> Option<Barrier> {
         let new_layout = self.shared?;
         let old_layout = self.layout?;
         let transition = old_layout != new_layout;
         let unseen = !self.write_stages.is_empty() && !self.visible_to_everything();
         (transition || unseen).then_some(Barrier {
             resource,
+            first_level,
+            level_count: 1,
             src_stage: self.write_stages | if transition { self.read_stages } else { Stage::NONE },
             src_access: self.write_access,
             dst_stage: EVERYTHING.0,
@@ -292,6 +362,8 @@ impl State {
         let (dst_stage, dst_access) = if for_all { EVERYTHING } else { (scope.stages, scope.access) };
         let barrier = (transition || !src_stage.is_empty()).then_some(Barrier {
             resource: need.resource,
+            first_level: need.level,
+            level_count: 1,
             src_stage,
             src_access,
             dst_stage,

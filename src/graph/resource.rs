@@ -1,5 +1,7 @@
 //! What a graph is made of: buffers and images, by handle.
 
+use std::ops::Range;
+
 use ash::vk;
 
 /// Names a buffer of one graph.
@@ -9,6 +11,50 @@ pub struct BufferHandle(pub(super) usize);
 /// Names an image of one graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ImageHandle(pub(super) usize);
+
+impl ImageHandle {
+    /// One of its mip levels; 0 is the image in full size.
+    #[must_use]
+    pub fn level(self, level: u32) -> ImageLevel {
+        ImageLevel { image: self, level }
+    }
+}
+
+/// One mip level of an image, with all its layers or its whole depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ImageLevel {
+    /// The image.
+    pub image: ImageHandle,
+    /// Which level; 0 is the image in full size.
+    pub level: u32,
+}
+
+impl From<ImageHandle> for ImageLevel {
+    fn from(image: ImageHandle) -> Self {
+        image.level(0)
+    }
+}
+
+/// What a pass uses: a whole resource, or one level of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Part {
+    /// The resource.
+    pub resource: Handle,
+    /// The only level of it, or `None` for all of it.
+    pub level: Option<u32>,
+}
+
+impl<H: Into<Handle>> From<H> for Part {
+    fn from(resource: H) -> Self {
+        Self { resource: resource.into(), level: None }
+    }
+}
+
+impl From<ImageLevel> for Part {
+    fn from(ImageLevel { image, level }: ImageLevel) -> Self {
+        Self { resource: image.into(), level: Some(level) }
+    }
+}
 
 /// Either kind of resource; the number indexes the graph's resource list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -41,7 +87,18 @@ pub struct BufferInfo {
     pub size_bytes: u64,
 }
 
-/// Shape of a two-dimensional image (one mip level, one layer: all the frame needs).
+/// How far an image goes beyond width and height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageDepth {
+    /// Two dimensions.
+    Flat,
+    /// An array of so many flat images, one level of which is used as a whole.
+    Layers(u32),
+    /// Three dimensions, so many texels deep.
+    Texels(u32),
+}
+
+/// Shape of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageInfo {
     /// Texel format.
@@ -50,9 +107,67 @@ pub struct ImageInfo {
     pub width_px: u32,
     /// Height in texels.
     pub height_px: u32,
+    /// Layers, or depth in texels.
+    pub depth: ImageDepth,
+    /// Mip levels. Passes use each for itself ([`ImageHandle::level`]), or sample them all.
+    pub level_count: u32,
 }
 
 impl ImageInfo {
+    /// A flat image of one level.
+    #[must_use]
+    pub fn new(format: vk::Format, width_px: u32, height_px: u32) -> Self {
+        Self { format, width_px, height_px, depth: ImageDepth::Flat, level_count: 1 }
+    }
+
+    /// The same as an array.
+    #[must_use]
+    pub fn with_layers(self, layer_count: u32) -> Self {
+        Self { depth: ImageDepth::Layers(layer_count), ..self }
+    }
+
+    /// The same in three dimensions.
+    #[must_use]
+    pub fn with_depth(self, depth_px: u32) -> Self {
+        Self { depth: ImageDepth::Texels(depth_px), ..self }
+    }
+
+    /// The same with so many mip levels.
+    #[must_use]
+    pub fn with_levels(self, level_count: u32) -> Self {
+        Self { level_count, ..self }
+    }
+
+    /// Levels down to a single texel.
+    #[must_use]
+    pub fn most_levels(&self) -> u32 {
+        let depth_px = if let ImageDepth::Texels(depth_px) = self.depth { depth_px } else { 1 };
+        u32::BITS - self.width_px.max(self.height_px).max(depth_px).leading_zeros()
+    }
+
+    /// Width, height and depth of a level in texels; the depth of flat images and of arrays is 1.
+    #[must_use]
+    pub fn level_size_px(&self, level: u32) -> [u32; 3] {
+        let depth_px = if let ImageDepth::Texels(depth_px) = self.depth { depth_px } else { 1 };
+        [self.width_px, self.height_px, depth_px].map(|size| (size.checked_shr(level).unwrap_or(0)).max(1))
+    }
+
+    /// Array layers; 1 for images that are no array.
+    #[must_use]
+    pub fn layer_count(&self) -> u32 {
+        if let ImageDepth::Layers(count) = self.depth { count } else { 1 }
+    }
+
+    /// Whether there is not a single texel.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        let depth = match self.depth {
+            ImageDepth::Flat => 1,
+            ImageDepth::Layers(depth) | ImageDepth::Texels(depth) => depth,
+        };
+        [self.width_px, self.height_px, depth, self.level_count].contains(&0)
+    }
+
     /// Whether the format has a depth aspect (`D32_SFLOAT` is the only one used).
     #[must_use]
     pub fn is_depth(&self) -> bool {
@@ -89,6 +204,21 @@ impl ResourceInfo {
             Self::Image(info) if info.is_depth() => Kind::Depth,
             Self::Image(_) => Kind::Color,
         }
+    }
+
+    /// Mip levels; a buffer counts as one.
+    #[must_use]
+    pub fn level_count(&self) -> u32 {
+        match self {
+            Self::Buffer(_) => 1,
+            Self::Image(info) => info.level_count,
+        }
+    }
+
+    /// The levels that a use of one, or of all, touches.
+    #[must_use]
+    pub fn levels(&self, level: Option<u32>) -> Range<u32> {
+        level.map_or(0..self.level_count(), |level| level..level + 1)
     }
 }
 

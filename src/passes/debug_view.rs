@@ -47,7 +47,7 @@ enum Coding {
 }
 
 fn image_info(frame: &Frame, format: vk::Format) -> ImageInfo {
-    ImageInfo { format, width_px: frame.shape.width_px, height_px: frame.shape.height_px }
+    ImageInfo::new(format, frame.shape.width_px, frame.shape.height_px)
 }
 
 fn values_image(frame: &mut Frame) -> ImageHandle {
@@ -185,8 +185,8 @@ pub fn draw_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffer, lig
         call: DrawCall::Direct { vertex_count: 6, instance_count: shape.light_capacity() },
     };
     let work = RasterWork {
-        colors: vec![ColorTarget { image: values, clear: Some([0; 4]) }],
-        depth: Some(DepthTarget { image: gbuffer.depth, clear: None, write: false }),
+        colors: vec![ColorTarget { target: values.into(), clear: Some([0; 4]) }],
+        depth: Some(DepthTarget { target: gbuffer.depth.into(), clear: None, write: false }),
         extent_px: [width, height],
         draws: vec![draw],
         uses_scene: false,

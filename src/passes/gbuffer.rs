@@ -41,10 +41,10 @@ pub fn add(frame: &mut Frame) -> GBuffer {
     };
     let work = RasterWork {
         colors: vec![
-            ColorTarget { image: albedo, clear: Some([0; 4]) },
-            ColorTarget { image: normals, clear: Some([0; 4]) },
+            ColorTarget { target: albedo.into(), clear: Some([0; 4]) },
+            ColorTarget { target: normals.into(), clear: Some([0; 4]) },
         ],
-        depth: Some(DepthTarget { image: depth, clear: Some(0.0), write: true }),
+        depth: Some(DepthTarget { target: depth.into(), clear: Some(0.0), write: true }),
         extent_px: [width, height],
         draws: vec![draw],
         uses_scene: true,

@@ -16,7 +16,7 @@ pub fn split_depth(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Im
         return gbuffer.depth;
     }
     let [width_px, height_px] = shape.interleaved_px();
-    let info = ImageInfo { format: vk::Format::D32_SFLOAT, width_px, height_px };
+    let info = ImageInfo::new(vk::Format::D32_SFLOAT, width_px, height_px);
     let depth = frame.graph.transient_image("interleaved_depth", info);
     let draw = RasterDraw {
         vertex: "light_volumes/cover_screen.vert".to_owned(),
@@ -35,7 +35,7 @@ pub fn split_depth(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Im
     };
     let work = RasterWork {
         colors: Vec::new(),
-        depth: Some(DepthTarget { image: depth, clear: Some(0.0), write: true }),
+        depth: Some(DepthTarget { target: depth.into(), clear: Some(0.0), write: true }),
         extent_px: [width_px, height_px],
         draws: vec![draw],
         uses_scene: false,

@@ -26,7 +26,7 @@ pub struct Lighting {
 pub(super) fn declare(frame: &mut Frame, shape: &LghShape, format: vk::Format) -> Lighting {
     let [width_px, height_px] = shape.interleaved_px();
     let pixels = u64::from(width_px) * u64::from(height_px);
-    let image = frame.graph.transient_image("lighting", ImageInfo { format, width_px, height_px });
+    let image = frame.graph.transient_image("lighting", ImageInfo::new(format, width_px, height_px));
     let lights_tested_bytes = if shape.count_lights_tested { 4 * pixels } else { 16 };
     let lights_tested = frame.graph.persistent_buffer("overdraw", lights_tested_bytes);
     let reservoirs = (shape.lights.shadow_samples > 0).then(|| {
@@ -51,8 +51,8 @@ pub fn add(
     cleared.extend(reservoirs.map(|r| (r, empty_word(shape.reservoir))));
     frame.clear_here("light_volumes/clear", &cleared);
     let work = RasterWork {
-        colors: vec![ColorTarget { image, clear: Some([0; 4]) }],
-        depth: Some(DepthTarget { image: depth, clear: None, write: false }),
+        colors: vec![ColorTarget { target: image.into(), clear: Some([0; 4]) }],
+        depth: Some(DepthTarget { target: depth.into(), clear: None, write: false }),
         extent_px: [width_px, height_px],
         draws: draws(shape, merged),
         uses_scene: false,

@@ -47,11 +47,7 @@ pub fn add(
 ) -> MergedLights {
     let sub_image_count = shape.interleave * shape.interleave;
     let capacity = u64::from(capacity(shape));
-    let info = ImageInfo {
-        format: vk::Format::R32G32B32A32_SFLOAT,
-        width_px: LIGHTS_PER_ROW * LIGHT_TEXELS,
-        height_px: light_rows(shape),
-    };
+    let info = ImageInfo::new(vk::Format::R32G32B32A32_SFLOAT, LIGHTS_PER_ROW * LIGHT_TEXELS, light_rows(shape));
     let merged = MergedLights {
         texels: frame.graph.transient_image("merged_light_texels", info),
         lights: frame.graph.persistent_buffer("merged_lights", size_of::<GridLight>() as u64 * capacity),

@@ -186,7 +186,7 @@ impl Frame {
     }
 
     fn image_info(&self, format: vk::Format) -> ImageInfo {
-        ImageInfo { format, width_px: self.shape.width_px, height_px: self.shape.height_px }
+        ImageInfo::new(format, self.shape.width_px, self.shape.height_px)
     }
 }
 

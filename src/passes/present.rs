@@ -28,7 +28,7 @@ pub enum Part {
 /// Adds the passes to a finished frame.
 pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat, part: Part) {
     // The size is the window's in each frame; a graph outlives it.
-    let info = ImageInfo { format: window.format, width_px: 1, height_px: 1 };
+    let info = ImageInfo::new(window.format, 1, 1);
     let (shown, access, clear) = match part {
         Part::Whole | Part::Left => (graph.acquired_image("window", info), Access::ColorAttachmentWrite, Some([0; 4])),
         Part::Right => (graph.continued_image("window", info), Access::ColorAttachmentBlend, None),
@@ -49,7 +49,7 @@ pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat, 
         call: DrawCall::Direct { vertex_count: 3, instance_count: 1 },
     };
     let work = RasterWork {
-        colors: vec![ColorTarget { image: shown, clear }],
+        colors: vec![ColorTarget { target: shown.into(), clear }],
         depth: None,
         extent_px: [1, 1],
         draws: vec![draw],

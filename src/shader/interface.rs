@@ -39,6 +39,9 @@ pub struct Binding {
     pub binding: u32,
     /// What is bound.
     pub kind: BindingKind,
+    /// Which images; `None` for what is no image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dimension: Option<ImageDimension>,
     /// Declared `readonly`.
     pub readonly: bool,
     /// Declared `writeonly`.
@@ -65,6 +68,20 @@ pub enum BindingKind {
     CombinedImageSampler,
     /// Of ray queries.
     AccelerationStructure,
+}
+
+/// Kinds of images by the coordinates that shaders give.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ImageDimension {
+    /// `image2D`, `texture2D`.
+    #[serde(rename = "2d")]
+    D2,
+    /// `image2DArray`, `texture2DArray`.
+    #[serde(rename = "2d-array")]
+    D2Array,
+    /// `image3D`, `texture3D`.
+    #[serde(rename = "3d")]
+    D3,
 }
 
 impl Interface {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Dim, ExecutionMode, ExecutionModel, Op, StorageClass};
 
-use super::interface::{Binding, BindingKind, Interface};
+use super::interface::{Binding, BindingKind, ImageDimension, Interface};
 use super::variants::Stage;
 
 /// The interface of a module.
@@ -219,10 +219,11 @@ impl<'a> Reflection<'a> {
         let binding = self.decoration(variable, Decoration::Binding).ok_or("a descriptor without a binding")?;
         let name = self.binding_name(variable, pointed);
         let kind = self.kind(variable, pointed).map_err(|e| format!("{name}: {e}"))?;
+        let dimension = self.dimension(pointed).map_err(|e| format!("{name}: {e}"))?;
         let has = |decoration| self.has(variable, pointed, decoration);
         let (readonly, writeonly) = (has(Decoration::NonWritable), has(Decoration::NonReadable));
         let Access { reads, writes } = self.accesses.get(&variable).copied().unwrap_or_default();
-        Ok(Some(Binding { name, set, binding, kind, readonly, writeonly, reads, writes }))
+        Ok(Some(Binding { name, set, binding, kind, dimension, readonly, writeonly, reads, writes }))
     }
 
     /// The variable's name, or that of the only member of a block without an instance name.
@@ -244,14 +245,27 @@ impl<'a> Reflection<'a> {
             (Op::TypeAccelerationStructureKHR, _) => Ok(BindingKind::AccelerationStructure),
             (Op::TypeSampledImage, _) => Ok(BindingKind::CombinedImageSampler),
             // Operands: type, dimension, depth, arrayed, multisampled, sampled (1) or storage (2).
-            (Op::TypeImage, _) if ty.operands.get(1) != Some(&Operand::Dim(Dim::DimSubpassData)) => {
-                Ok(if number(ty.operands.get(5)) == Some(2) {
-                    BindingKind::StorageImage
-                } else {
-                    BindingKind::SampledImage
-                })
-            }
+            (Op::TypeImage, _) => Ok(if number(ty.operands.get(5)) == Some(2) {
+                BindingKind::StorageImage
+            } else {
+                BindingKind::SampledImage
+            }),
             (opcode, class) => Err(format!("{opcode:?} in {class:?} is no kind of binding that is known")),
+        }
+    }
+
+    /// Of an image's type; `None` for other types.
+    fn dimension(&self, ty: u32) -> Result<Option<ImageDimension>, String> {
+        let ty = self.global(ty)?;
+        match ty.class.opcode {
+            Op::TypeSampledImage => self.dimension(id(ty.operands.first())?),
+            Op::TypeImage => match (ty.operands.get(1), number(ty.operands.get(3))) {
+                (Some(Operand::Dim(Dim::Dim2D)), Some(0)) => Ok(Some(ImageDimension::D2)),
+                (Some(Operand::Dim(Dim::Dim2D)), Some(1)) => Ok(Some(ImageDimension::D2Array)),
+                (Some(Operand::Dim(Dim::Dim3D)), Some(0)) => Ok(Some(ImageDimension::D3)),
+                (dimension, _) => Err(format!("images of {dimension:?} are not known")),
+            },
+            _ => Ok(None),
         }
     }
 

@@ -44,6 +44,8 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("inspect/inspect_pixel.comp.glsl", INSPECTIONS),
     ("brute_force/shade_all.comp.glsl", RAYS),
     ("path_trace/trace_pixels.comp.glsl", RAYS),
+    ("tests/fill_texels.comp.glsl", DIMENSIONS),
+    ("tests/sum_texels.comp.glsl", DIMENSIONS),
 ];
 
 /// A file with only itself as its variant.
@@ -70,6 +72,9 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];
+
+/// Kinds of images.
+const DIMENSIONS: &[VariantSpec] = &[("", &[]), ("_layers", &[("LAYERS", "1")]), ("_volume", &[("VOLUME", "1")])];
 
 /// A pixel's surface alone, or with the lights of the hierarchy and the rays of its shadow samples.
 const INSPECTIONS: &[VariantSpec] = &[

@@ -1,24 +1,26 @@
 //! An independent judge of plans: plays frames through Vulkan's memory model and reports the first hazard.
 //!
-//! Memory is cut into cells at the ends of placed resources, so that resources sharing memory share cells. A cell
-//! remembers past operations and the resource each went through. A barrier on a resource works on the cells of that
-//! resource: operations in its source scope (or already ordered before a stage in it) become ordered before its
-//! destination stages, whichever resource they went through. Its memory side is that of the one resource: writes
-//! through it become available if the access is named, and available writes become visible to the destination. Only a
-//! planned memory barrier does that for writes through another resource. A layout transition is itself a write that
-//! is available at once. Barriers of one batch do not follow each other.
+//! A buffer is one part, an image one for each mip level, laid one after the other in the image's memory. Memory is cut
+//! into cells at the ends of placed parts, so that parts sharing memory share cells. A cell remembers past operations
+//! and the part each went through. A barrier works on the cells of its parts: operations in its source scope (or
+//! already ordered before a stage in it) become ordered before its destination stages, whichever part they went
+//! through. Its memory side is that of its own parts: writes through them become available if the access is named, and
+//! available writes become visible to the destination. Only a planned memory barrier does that for writes through
+//! others. A layout transition is itself a write that is available at once. Barriers of one batch do not follow each
+//! other.
 
 use std::collections::HashSet;
 use std::ops::Range;
 
 use ash::vk::{AccessFlags2 as Mask, ImageLayout, PipelineStageFlags2 as Stage};
 use gridlight::graph::{
-    AliasPlan, Barrier, Graph, Handle, Kind, Lifetime, MemoryBarrier, Pass, Plan, Requirement, Resource, ResourceInfo,
+    AliasPlan, Barrier, Graph, Handle, ImageLevel, Kind, Lifetime, MemoryBarrier, Pass, Plan, Requirement, Resource,
+    ResourceInfo, Use,
 };
 
 #[derive(Clone, Debug)]
 struct Op {
-    /// The resource it went through.
+    /// The part it went through.
     through: usize,
     stage: u64,
     /// 0 for reads.
@@ -33,7 +35,7 @@ struct Op {
 #[derive(Clone, Debug, Default)]
 struct Cell {
     ops: Vec<Op>,
-    /// Which resource's contents the cell holds.
+    /// Which part's contents the cell holds.
     owner: Option<usize>,
 }
 
@@ -44,10 +46,13 @@ pub type Placed<'a> = Option<(&'a AliasPlan, &'a [Option<Requirement>])>;
 struct Machine<'a, P> {
     graph: &'a Graph<P>,
     cells: Vec<Cell>,
-    /// Which cells each resource has.
+    /// Parts of each resource.
+    parts_of: Vec<Range<usize>>,
+    /// Which cells each part has.
     cells_of: Vec<Range<usize>>,
+    /// Layout of each part.
     layouts: Vec<ImageLayout>,
-    /// Which physical resource stands in the place of each; those of a history change places.
+    /// Which physical part stands in the place of each; those of a history change places.
     places: Vec<usize>,
 }
 
@@ -83,30 +88,46 @@ type Hazard = (&'static str, Option<usize>);
 
 impl<'a, P> Machine<'a, P> {
     fn new(graph: &'a Graph<P>, plan: &Plan, placed: Placed<'_>) -> Self {
-        let count = graph.resources().len();
-        let (cells_of, cell_count) = cut(count, placed);
+        let parts_of = parts_of(graph.resources());
+        let count = parts_of.last().map_or(0, |parts| parts.end);
+        let (cells_of, cell_count) = cut(&parts_of, placed);
         let mut machine = Self {
             graph,
             cells: vec![Cell::default(); cell_count],
+            parts_of,
             cells_of,
             layouts: vec![ImageLayout::UNDEFINED; count],
             places: (0..count).collect(),
         };
-        for &(image, layout) in &plan.initial {
-            machine.layouts[Handle::from(image).index()] = layout;
+        for &(ImageLevel { image, level }, layout) in &plan.initial {
+            let part = machine.parts_of[Handle::from(image).index()].start + level as usize;
+            machine.layouts[part] = layout;
         }
         for (index, resource) in graph.resources().iter().enumerate() {
-            if resource.lifetime == Lifetime::Imported {
-                machine.layouts[index] = resting_layout(resource);
-            }
-            if resource.lifetime != Lifetime::Transient {
-                machine.cells_of(index).iter_mut().for_each(|cell| cell.owner = Some(index));
+            for part in machine.parts_of[index].clone() {
+                if resource.lifetime == Lifetime::Imported {
+                    machine.layouts[part] = resting_layout(resource);
+                }
+                if resource.lifetime != Lifetime::Transient {
+                    machine.cells_of(part).iter_mut().for_each(|cell| cell.owner = Some(part));
+                }
             }
         }
         machine
     }
 
-    /// Cells of a physical resource.
+    /// The parts that a use or a barrier of some levels is about.
+    fn parts(&self, resource: usize, levels: Range<u32>) -> Range<usize> {
+        let first = self.parts_of[resource].start;
+        first + levels.start as usize..first + levels.end as usize
+    }
+
+    fn parts_of_use(&self, used: &Use) -> Range<usize> {
+        let index = used.resource.index();
+        self.parts(index, self.graph.resources()[index].info.levels(used.level))
+    }
+
+    /// Cells of a physical part.
     fn cells_of(&mut self, place: usize) -> &mut [Cell] {
         &mut self.cells[self.cells_of[place].clone()]
     }
@@ -114,24 +135,27 @@ impl<'a, P> Machine<'a, P> {
     /// What is handed over anew, and what changes places.
     fn begin_frame(&mut self, frame: usize) {
         for (index, resource) in self.graph.resources().iter().enumerate() {
-            let (layout, cell) = match resource.lifetime {
-                Lifetime::Acquired => (ImageLayout::UNDEFINED, acquired(index)),
-                Lifetime::Continued => (ImageLayout::COLOR_ATTACHMENT_OPTIMAL, continued(index)),
-                Lifetime::Readback => (ImageLayout::UNDEFINED, Cell::default()),
-                Lifetime::Imported => (self.layouts[index], read_anywhere(index)),
-                Lifetime::Current { previous } => {
-                    if frame > 0 {
-                        self.places.swap(previous.index(), index);
+            for part in self.parts_of[index].clone() {
+                let (layout, cell) = match resource.lifetime {
+                    Lifetime::Acquired => (ImageLayout::UNDEFINED, acquired(part)),
+                    Lifetime::Continued => (ImageLayout::COLOR_ATTACHMENT_OPTIMAL, continued(part)),
+                    Lifetime::Readback => (ImageLayout::UNDEFINED, Cell::default()),
+                    Lifetime::Imported => (self.layouts[part], read_anywhere(part)),
+                    Lifetime::Current { previous } => {
+                        let before = part - self.parts_of[index].start + self.parts_of[previous.index()].start;
+                        if frame > 0 {
+                            self.places.swap(before, part);
+                        }
+                        // What it wrote two frames ago means nothing.
+                        let place = self.places[part];
+                        self.cells_of(place).iter_mut().for_each(|cell| cell.owner = None);
+                        continue;
                     }
-                    // What it wrote two frames ago means nothing.
-                    let place = self.places[index];
-                    self.cells_of(place).iter_mut().for_each(|cell| cell.owner = None);
-                    continue;
-                }
-                Lifetime::Transient | Lifetime::Persistent | Lifetime::Previous { .. } => continue,
-            };
-            self.layouts[index] = layout;
-            self.cells_of(index).fill(cell);
+                    Lifetime::Transient | Lifetime::Persistent | Lifetime::Previous { .. } => continue,
+                };
+                self.layouts[part] = layout;
+                self.cells_of(part).fill(cell);
+            }
         }
     }
 
@@ -141,11 +165,14 @@ impl<'a, P> Machine<'a, P> {
             if resource.lifetime != Lifetime::Imported {
                 continue;
             }
-            if self.layouts[index] != resting_layout(resource) {
-                return Err(("left in another layout than others expect", Some(index)));
-            }
-            for cell in &self.cells[self.cells_of[index].clone()] {
-                judge(cell, Stage::ALL_COMMANDS, Mask::MEMORY_READ, true, false).map_err(|what| (what, Some(index)))?;
+            for part in self.parts_of[index].clone() {
+                if self.layouts[part] != resting_layout(resource) {
+                    return Err(("left in another layout than others expect", Some(index)));
+                }
+                for cell in &self.cells[self.cells_of[part].clone()] {
+                    judge(cell, Stage::ALL_COMMANDS, Mask::MEMORY_READ, true, false)
+                        .map_err(|what| (what, Some(index)))?;
+                }
             }
         }
         Ok(())
@@ -160,9 +187,11 @@ impl<'a, P> Machine<'a, P> {
         }
         for barrier in barriers {
             let index = barrier.resource.index();
-            let place = self.places[index];
-            let cells = &mut self.cells[self.cells_of[place].clone()];
-            apply(barrier, place, &mut self.layouts[place], cells).map_err(|what| (what, Some(index)))?;
+            for part in self.parts(index, barrier.levels()) {
+                let place = self.places[part];
+                let cells = &mut self.cells[self.cells_of[place].clone()];
+                apply(barrier, place, &mut self.layouts[place], cells).map_err(|what| (what, Some(index)))?;
+            }
         }
         Ok(())
     }
@@ -170,39 +199,58 @@ impl<'a, P> Machine<'a, P> {
     /// Plays the work of a pass.
     fn run(&mut self, pass: &Pass<P>) -> Result<(), Hazard> {
         for used in &pass.uses {
-            let index = used.resource.index();
-            let kind = self.graph.resources()[index].info.kind();
-            let scope = used.access.sync(kind);
-            let place = self.places[index];
-            if kind != Kind::Buffer && self.layouts[place] != scope.layout {
-                return Err(("wrong layout", Some(index)));
-            }
-            for cell in &self.cells[self.cells_of[place].clone()] {
-                if used.access.is_read() && cell.owner != Some(place) {
-                    return Err(("reads contents that are gone", Some(index)));
-                }
-                judge(cell, scope.stages, scope.access, used.access.is_read(), used.access.is_write())
-                    .map_err(|what| (what, Some(index)))?;
+            for part in self.parts_of_use(used) {
+                self.judge_use(used, part).map_err(|what| (what, Some(used.resource.index())))?;
             }
         }
-        let writes = |index: usize| pass.uses.iter().any(|u| u.resource.index() == index && u.access.is_write());
+        let mut written: HashSet<usize> = HashSet::new();
+        for used in pass.uses.iter().filter(|used| used.access.is_write()) {
+            written.extend(self.parts_of_use(used));
+        }
         let mut cleared = HashSet::new();
         for used in &pass.uses {
-            let index = used.resource.index();
-            let scope = used.access.sync(self.graph.resources()[index].info.kind());
-            let fresh = writes(index) && cleared.insert(index);
-            let place = self.places[index];
-            for cell in self.cells_of(place) {
-                if fresh {
-                    // Every earlier operation is ordered before this write, so it stands for them all.
-                    cell.ops.clear();
-                    cell.owner = Some(place);
+            let scope = used.access.sync(self.graph.resources()[used.resource.index()].info.kind());
+            for part in self.parts_of_use(used) {
+                let fresh = written.contains(&part) && cleared.insert(part);
+                let place = self.places[part];
+                for cell in self.cells_of(place) {
+                    if fresh {
+                        // Every earlier operation is ordered before this write, so it stands for them all.
+                        cell.ops.clear();
+                        cell.owner = Some(place);
+                    }
+                    record(cell, place, scope.stages, scope.access, used.access.is_write());
                 }
-                record(cell, place, scope.stages, scope.access, used.access.is_write());
             }
         }
         Ok(())
     }
+
+    fn judge_use(&self, used: &Use, part: usize) -> Result<(), &'static str> {
+        let kind = self.graph.resources()[used.resource.index()].info.kind();
+        let scope = used.access.sync(kind);
+        let place = self.places[part];
+        if kind != Kind::Buffer && self.layouts[place] != scope.layout {
+            return Err("wrong layout");
+        }
+        for cell in &self.cells[self.cells_of[place].clone()] {
+            if used.access.is_read() && cell.owner != Some(place) {
+                return Err("reads contents that are gone");
+            }
+            judge(cell, scope.stages, scope.access, used.access.is_read(), used.access.is_write())?;
+        }
+        Ok(())
+    }
+}
+
+fn parts_of(resources: &[Resource]) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let parts = resources.iter().map(|resource| {
+        let start = end;
+        end += resource.info.level_count() as usize;
+        start..end
+    });
+    parts.collect()
 }
 
 /// Memory that another queue was using until a semaphore, which is waited for before colours are written.
@@ -235,24 +283,31 @@ fn continued(owner: usize) -> Cell {
     cell
 }
 
-fn cut(resources: usize, placed: Placed<'_>) -> (Vec<Range<usize>>, usize) {
-    let block = |index: usize| {
+fn cut(parts_of: &[Range<usize>], placed: Placed<'_>) -> (Vec<Range<usize>>, usize) {
+    // Memory of each part: the class, and the first and the last byte.
+    let block = |index: usize, part: usize| {
         let (alias, requirements) = placed?;
         let placement = alias.placements[index]?;
-        let start = (placement.class, placement.offset_bytes);
-        Some((start, (placement.class, placement.offset_bytes + requirements[index]?.size_bytes)))
+        let parts = &parts_of[index];
+        let end_of = |parts_before: usize| {
+            placement.offset_bytes
+                + requirements[index].map_or(0, |r| r.size_bytes) * parts_before as u64 / parts.len() as u64
+        };
+        let before = part - parts.start;
+        Some(((placement.class, end_of(before)), (placement.class, end_of(before + 1))))
     };
-    let mut cuts: Vec<(u32, u64)> = (0..resources).filter_map(block).flat_map(|(start, end)| [start, end]).collect();
+    let all = || parts_of.iter().enumerate().flat_map(|(index, parts)| parts.clone().map(move |part| (index, part)));
+    let mut cuts: Vec<(u32, u64)> =
+        all().filter_map(|(index, part)| block(index, part)).flat_map(|(start, end)| [start, end]).collect();
     cuts.sort_unstable();
     cuts.dedup();
     let position = |cut| cuts.binary_search(&cut).expect("every end of a block is a cut");
-    let ranges = (0..resources)
-        .map(|index| {
-            let private = cuts.len() + index;
-            block(index).map_or(private..private + 1, |(start, end)| position(start)..position(end))
-        })
-        .collect();
-    (ranges, cuts.len() + resources)
+    let ranges = all().map(|(index, part)| {
+        let private = cuts.len() + part;
+        block(index, part).map_or(private..private + 1, |(start, end)| position(start)..position(end))
+    });
+    let ranges: Vec<_> = ranges.collect();
+    (ranges, cuts.len() + parts_of.last().map_or(0, |parts| parts.end))
 }
 
 fn apply_takeover(barrier: &MemoryBarrier, cell: &mut Cell) {

@@ -85,7 +85,7 @@ fn nothing_of_zero_size() {
     frame.persistent_buffer("void", 0);
     assert_eq!(error(&frame), PlanError::ZeroSize { resource: "void".into() });
     let mut frame = Frame::new();
-    frame.transient_image("line", ImageInfo { format: vk::Format::R32_UINT, width_px: 8, height_px: 0 });
+    frame.transient_image("line", ImageInfo::new(vk::Format::R32_UINT, 8, 0));
     assert_eq!(error(&frame), PlanError::ZeroSize { resource: "line".into() });
 }
 

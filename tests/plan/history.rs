@@ -45,7 +45,7 @@ fn an_image_comes_in_the_layout_that_the_frame_before_left_it_in() {
     let order = (Stage::COMPUTE_SHADER, Mask::NONE);
     let renew = transition(sum.current, (NO_LAYOUT, ImageLayout::GENERAL), order, COMPUTE_WRITE);
     assert_eq!(plan.passes[0].barriers, [read, renew]);
-    assert_eq!(plan.initial, [(sum.previous, ImageLayout::GENERAL)], "what is written comes without contents");
+    assert_eq!(plan.initial, [(sum.previous.level(0), ImageLayout::GENERAL)], "what is written comes without contents");
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn what_the_frame_before_has_read_itself_needs_no_barrier() {
     let show = transition(radiance.current, (attachment, SAMPLED), COLOR_WRITE, FRAGMENT_SAMPLED);
     assert_eq!(plan.passes[0].barriers, [draw]);
     assert_eq!(plan.passes[1].barriers, [show]);
-    assert_eq!(plan.initial, [(radiance.previous, SAMPLED)]);
+    assert_eq!(plan.initial, [(radiance.previous.level(0), SAMPLED)]);
 }
 
 /// A frame with a buffer and an image that each frame hands to the next.

@@ -6,6 +6,7 @@ mod errors;
 mod history;
 mod hoisting;
 mod imported;
+mod levels;
 mod random;
 mod scenarios;
 
@@ -20,11 +21,11 @@ fn pass(name: &str) -> Pass<()> {
 }
 
 fn color() -> ImageInfo {
-    ImageInfo { format: Format::R16G16B16A16_SFLOAT, width_px: 64, height_px: 32 }
+    ImageInfo::new(Format::R16G16B16A16_SFLOAT, 64, 32)
 }
 
 fn depth() -> ImageInfo {
-    ImageInfo { format: Format::D32_SFLOAT, width_px: 64, height_px: 32 }
+    ImageInfo::new(Format::D32_SFLOAT, 64, 32)
 }
 
 /// A plan that the checker has passed.
@@ -47,6 +48,8 @@ fn transition(
 ) -> Barrier {
     Barrier {
         resource: resource.into(),
+        first_level: 0,
+        level_count: 1,
         src_stage: src.0,
         src_access: src.1,
         dst_stage: dst.0,

@@ -1,8 +1,8 @@
 //! Seeded random frames, planned and judged.
 
 use gridlight::graph::{
-    Access, Barrier, Graph, Handle, Lifetime, Pass, Plan, PlannedPass, Requirement, ResourceInfo, add_alias_barriers,
-    assign, hoist, plan,
+    Access, Barrier, Graph, Handle, ImageDepth, ImageInfo, Lifetime, Part, Pass, Plan, PlannedPass, Requirement,
+    Resource, ResourceInfo, add_alias_barriers, assign, hoist, plan,
 };
 
 use crate::{Frame, Lcg, checker, color, depth};
@@ -37,7 +37,7 @@ const ACCESSES: [Access; 25] = [
 
 /// A resource of any lifetime, or a pair that changes places.
 fn random_resource(frame: &mut Frame, random: &mut Lcg, name: &str) -> Vec<Handle> {
-    let one = match random.below(18) {
+    let one = match random.below(21) {
         0 => frame.imported_buffer(name).into(),
         1 => frame.persistent_buffer(name, 64).into(),
         2 => frame.persistent_image(name, color()).into(),
@@ -56,9 +56,58 @@ fn random_resource(frame: &mut Frame, random: &mut Lcg, name: &str) -> Vec<Handl
             let pair = frame.history_image(name, if random.below(2) == 0 { color() } else { depth() });
             return vec![pair.previous.into(), pair.current.into()];
         }
+        12 => frame.transient_image(name, levels(random)).into(),
+        13 => frame.persistent_image(name, levels(random)).into(),
+        14 => {
+            let pair = frame.history_image(name, levels(random));
+            return vec![pair.previous.into(), pair.current.into()];
+        }
         _ => frame.transient_buffer(name, 64).into(),
     };
     vec![one]
+}
+
+/// An image with two or three mip levels, sometimes with layers or in three dimensions.
+fn levels(random: &mut Lcg) -> ImageInfo {
+    let info = color().with_levels(2 + random.below(2) as u32);
+    match random.below(3) {
+        0 => info.with_layers(3),
+        1 => info.with_depth(5),
+        _ => info,
+    }
+}
+
+/// An access that fits a resource, or one level of it; one that reads only where there are contents.
+fn random_access(resource: &Resource, of_level: bool, has_contents: bool, random: &mut Lcg) -> Access {
+    let is_flat = !matches!(resource.info, ResourceInfo::Image(info) if info.depth != ImageDepth::Flat);
+    let fitting: Vec<Access> = ACCESSES
+        .into_iter()
+        .filter(|access| access.fits(resource.info.kind()))
+        .filter(|access| is_flat || !access.is_attachment())
+        .filter(|access| of_level || resource.info.level_count() == 1 || access.takes_levels())
+        .filter(|access| !only_read(resource.lifetime) || !access.is_write())
+        .filter(|access| !resource.lifetime.starts_empty() || has_contents || !access.is_read())
+        .collect();
+    fitting[random.below(fitting.len())]
+}
+
+/// What a pass does with a resource: with all of it at once, or with some of its levels, each in its own way. `written`
+/// says which levels have been written.
+fn random_uses(resource: &Resource, handle: Handle, written: &mut [bool], random: &mut Lcg) -> Vec<(Part, Access)> {
+    if written.len() == 1 || random.below(2) == 0 {
+        let access = random_access(resource, false, written.iter().all(|written| *written), random);
+        written.iter_mut().for_each(|written| *written |= access.is_write());
+        return vec![(handle.into(), access)];
+    }
+    let mut uses = Vec::new();
+    for (level, written) in written.iter_mut().enumerate() {
+        if random.below(3) > 0 {
+            let access = random_access(resource, true, *written, random);
+            *written |= access.is_write();
+            uses.push((Part { resource: handle, level: Some(level as u32) }, access));
+        }
+    }
+    uses
 }
 
 fn random_frame(random: &mut Lcg) -> Frame {
@@ -66,7 +115,8 @@ fn random_frame(random: &mut Lcg) -> Frame {
     let count = 1 + random.below(8);
     let handles: Vec<Handle> =
         (0..count).flat_map(|index| random_resource(&mut frame, random, &format!("resource {index}"))).collect();
-    let mut written = vec![false; handles.len()];
+    let level_count = |handle: &Handle| frame.resources()[handle.index()].info.level_count() as usize;
+    let mut written: Vec<Vec<bool>> = handles.iter().map(|handle| vec![false; level_count(handle)]).collect();
     for index in 0..1 + random.below(10) {
         let mut pass = Pass::new(format!("pass {index}"), ());
         for (slot, &handle) in handles.iter().enumerate() {
@@ -74,20 +124,13 @@ fn random_frame(random: &mut Lcg) -> Frame {
                 continue;
             }
             let resource = &frame.resources()[handle.index()];
-            let fitting: Vec<Access> = ACCESSES
-                .into_iter()
-                .filter(|access| access.fits(resource.info.kind()))
-                .filter(|access| !only_read(resource.lifetime) || !access.is_write())
-                .filter(|access| !resource.lifetime.starts_empty() || written[slot] || !access.is_read())
-                .collect();
-            let access = fitting[random.below(fitting.len())];
-            written[slot] |= access.is_write();
-            pass = pass.uses(handle, access);
+            let uses = random_uses(resource, handle, &mut written[slot], random);
+            pass = uses.into_iter().fold(pass, |pass, (part, access)| pass.uses(part, access));
         }
         frame.add_pass(if random.below(6) == 0 { pass.repeated() } else { pass });
     }
     renew_histories(&mut frame, &handles, &written);
-    let shown = |slot: &usize| frame.resources()[handles[*slot].index()].lifetime.is_acquired() && written[*slot];
+    let shown = |slot: &usize| frame.resources()[handles[*slot].index()].lifetime.is_acquired() && written[*slot][0];
     let ends: Vec<Handle> = (0..handles.len()).filter(shown).map(|slot| handles[slot]).collect();
     if !ends.is_empty() {
         let present = Pass::new("present", ());
@@ -101,10 +144,10 @@ fn only_read(lifetime: Lifetime) -> bool {
 }
 
 /// A pass that writes what has to be written in every frame and was not.
-fn renew_histories(frame: &mut Frame, handles: &[Handle], written: &[bool]) {
+fn renew_histories(frame: &mut Frame, handles: &[Handle], written: &[Vec<bool>]) {
     let stale = |slot: &usize| {
         let resource = &frame.resources()[handles[*slot].index()];
-        matches!(resource.lifetime, Lifetime::Current { .. }) && !written[*slot]
+        matches!(resource.lifetime, Lifetime::Current { .. }) && written[*slot].contains(&false)
     };
     let stale: Vec<Handle> = (0..handles.len()).filter(stale).map(|slot| handles[slot]).collect();
     if !stale.is_empty() {
@@ -114,7 +157,7 @@ fn renew_histories(frame: &mut Frame, handles: &[Handle], written: &[bool]) {
 }
 
 fn random_requirements(frame: &Frame, random: &mut Lcg) -> Vec<Option<Requirement>> {
-    let requirement = |resource: &gridlight::graph::Resource| {
+    let requirement = |resource: &Resource| {
         let image = matches!(resource.info, ResourceInfo::Image(_));
         (resource.lifetime == Lifetime::Transient).then(|| Requirement {
             size_bytes: 1 + random.below(1000) as u64,
@@ -148,7 +191,7 @@ fn without_one_barrier(plan: &Plan) -> Vec<(Plan, Barrier)> {
 fn random_frames_have_no_hazards_and_no_needless_barrier() {
     let mut random = Lcg(1);
     let (mut removed, mut saved, mut moved, mut missed) = (0, 0, 0, 0);
-    for round in 0..1200 {
+    for round in 0..2000 {
         let frame = random_frame(&mut random);
         let mut planned = plan(&frame).unwrap_or_else(|error| panic!("round {round}: {error}"));
         checker::check(&frame, &planned, None).unwrap_or_else(|hazard| panic!("round {round}: {hazard}"));
@@ -175,7 +218,7 @@ fn random_frames_have_no_hazards_and_no_needless_barrier() {
 fn random_frames_share_memory_without_hazards() {
     let mut random = Lcg(2);
     let (mut unaware, mut takeovers, mut missed) = (0, 0, 0);
-    for round in 0..1200 {
+    for round in 0..2000 {
         let frame = random_frame(&mut random);
         let mut planned = plan(&frame).unwrap_or_else(|error| panic!("round {round}: {error}"));
         let requirements = random_requirements(&frame, &mut random);

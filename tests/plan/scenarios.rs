@@ -132,7 +132,7 @@ fn layouts_from_sampled_to_storage_to_attachment() {
         (Stage::COLOR_ATTACHMENT_OUTPUT, Mask::COLOR_ATTACHMENT_READ | Mask::COLOR_ATTACHMENT_WRITE),
     );
     assert_eq!(barriers(&plan), [&[wrap], &[filter], &[draw]]);
-    assert_eq!(plan.initial, [(image, attachment)]);
+    assert_eq!(plan.initial, [(image.level(0), attachment)]);
 }
 
 #[test]
@@ -220,7 +220,7 @@ fn read_back_by_the_host() {
     let wrap = memory(buffer, NO_LAYOUT, only_order(Stage::HOST), FILL);
     let host = memory(buffer, NO_LAYOUT, FILL, (Stage::HOST, Mask::HOST_READ));
     assert_eq!(barriers(&plan), [&[wrap], &[host]]);
-    assert_eq!(plan.initial, [(image, ImageLayout::TRANSFER_SRC_OPTIMAL)]);
+    assert_eq!(plan.initial, [(image.level(0), ImageLayout::TRANSFER_SRC_OPTIMAL)]);
 }
 
 #[test]

@@ -9,7 +9,6 @@ use exr::prelude::{
 };
 
 use crate::dump::Scalar;
-use crate::graph::ImageInfo;
 use crate::{Error, Result};
 
 /// The channels of an image, each with one number per pixel, row 0 at the top.
@@ -26,12 +25,12 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Takes texels apart. `names` are the channels' names in the order of the texel.
+    /// Takes the texels of a flat image apart. `names` are the channels' names in the order of the texel.
     ///
     /// # Errors
     /// [`Error::Failure`] for a format that no image of the frame has.
-    pub fn from_texels(info: &ImageInfo, names: &[&str], texels: &[u8]) -> Result<Self> {
-        let (scalar, stored_bytes, count) = match info.format {
+    pub fn from_texels(format: vk::Format, size_px: [u32; 2], names: &[&str], texels: &[u8]) -> Result<Self> {
+        let (scalar, stored_bytes, count) = match format {
             vk::Format::R16G16B16A16_SFLOAT => (Scalar::F16, 2, 4),
             vk::Format::R32G32B32A32_SFLOAT => (Scalar::F32, 4, 4),
             vk::Format::R32G32B32A32_UINT => (Scalar::U32, 4, 4),
@@ -48,7 +47,8 @@ impl Picture {
             numbers.flat_map(|number| number.iter().copied().chain(std::iter::repeat_n(0, padding))).collect()
         };
         let channels = names.iter().take(count).enumerate().map(|(i, name)| ((*name).to_owned(), channel(i))).collect();
-        Ok(Self { width_px: info.width_px, height_px: info.height_px, scalar, channels })
+        let [width_px, height_px] = size_px;
+        Ok(Self { width_px, height_px, scalar, channels })
     }
 
     /// Writes an `.exr` file.
@@ -129,9 +129,8 @@ mod tests {
             (vk::Format::D32_SFLOAT, &["Z"], 4),
             (vk::Format::R8G8B8A8_UNORM, &["R", "G", "B", "A"], 4),
         ] {
-            let info = ImageInfo { format, width_px: 5, height_px: 3 };
             let texels: Vec<u8> = (0..15 * bytes).map(|i: u32| (i * 89 % 251) as u8).collect();
-            let mut picture = Picture::from_texels(&info, names, &texels).unwrap();
+            let mut picture = Picture::from_texels(format, [5, 3], names, &texels).unwrap();
             picture.write(&path).unwrap();
             picture.channels.sort();
             assert_eq!(Picture::read(&path).unwrap(), picture, "{format:?}");

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 pub use crate::dump::array;
 use crate::dump::{Array, Contents, Derived, DumpContext, Scalar, all_words};
 use crate::gpu::{Gpu, Work, Written};
-use crate::graph::{Resource, ResourceInfo};
+use crate::graph::{ImageDepth, ImageInfo, Resource, ResourceInfo};
 use crate::renderer::{Renderer, UploadedScene};
 use crate::report::timings::{Device, Program, SceneInfo};
 use crate::scene::Scene;
@@ -127,14 +127,14 @@ impl FrameDump<'_> {
                 self.known.note(name, &part.bytes);
             }
         }
-        written.iter().try_for_each(|part| self.add(index, &resources[part.resource], &part.bytes))
+        written.iter().try_for_each(|part| self.add(index, &resources[part.resource], part))
     }
 
-    fn add(&mut self, index: usize, resource: &Resource, bytes: &[u8]) -> Result<()> {
+    fn add(&mut self, index: usize, resource: &Resource, Written { level, bytes, .. }: &Written) -> Result<()> {
         let about = entry(self.technique(), &resource.name);
         let pass = self.known.pass.clone();
-        let finish = |mut file: FileEntry| {
-            file.resource_bytes = bytes.len() as u64;
+        let finish = |mut file: FileEntry, size_bytes: usize| {
+            file.resource_bytes = size_bytes as u64;
             file.units = about.map_or("unknown", |a| a.units).to_owned();
             file.meaning = about.map_or("No description.", |a| a.meaning).to_owned();
             file
@@ -147,10 +147,15 @@ impl FrameDump<'_> {
                     Some(Contents::Image(names)) => names,
                     _ => &["R", "G", "B", "A"],
                 };
-                let picture = Picture::from_texels(&info, names, bytes)?;
-                let mut file = finish(image_entry(index, &pass, &resource.name, &picture));
-                file.layout = Some(layout.to_owned());
-                self.folder.add_picture(file, &picture)
+                for (slice, texels) in slices(&info, *level, bytes) {
+                    let [width_px, height_px, _] = info.level_size_px(*level);
+                    let picture = Picture::from_texels(info.format, [width_px, height_px], names, texels)?;
+                    let name = format!("{}{slice}", resource.name);
+                    let mut file = finish(image_entry(index, &pass, &name, &picture), texels.len());
+                    file.layout = Some(layout.to_owned());
+                    self.folder.add_picture(file, &picture)?;
+                }
+                Ok(())
             }
             ResourceInfo::Buffer(_) => {
                 let unpack = match about.map(|a| a.contents) {
@@ -158,7 +163,7 @@ impl FrameDump<'_> {
                     _ => all_words,
                 };
                 let array = unpack(bytes, &self.known);
-                let mut file = finish(array_entry(Some(index), &pass, &resource.name, &array));
+                let mut file = finish(array_entry(Some(index), &pass, &resource.name, &array), bytes.len());
                 file.layout = about.is_some_and(|a| a.interleaved).then(|| layout.to_owned());
                 self.folder.add_array(file, &array)
             }
@@ -185,6 +190,19 @@ impl FrameDump<'_> {
         }
         Ok(())
     }
+}
+
+/// The flat images that a level is made of, each with what its name ends in.
+fn slices<'a>(info: &ImageInfo, level: u32, texels: &'a [u8]) -> Vec<(String, &'a [u8])> {
+    let of_level = if info.level_count > 1 { format!("_level_{level}") } else { String::new() };
+    let [_, _, depth_px] = info.level_size_px(level);
+    let (what, count) = match info.depth {
+        ImageDepth::Flat => return vec![(of_level, texels)],
+        ImageDepth::Layers(count) => ("layer", count),
+        ImageDepth::Texels(_) => ("slice", depth_px),
+    };
+    let parts = texels.chunks_exact(texels.len() / count as usize).enumerate();
+    parts.map(|(index, part)| (format!("{of_level}_{what}_{index}"), part)).collect()
 }
 
 fn array_entry(pass_index: Option<usize>, pass: &str, resource: &str, array: &Array) -> FileEntry {

@@ -92,11 +92,30 @@ fn check_frame(shapes: &Shapes) {
         let fits = match (resource.info, about.contents) {
             (ResourceInfo::Buffer(_), Contents::Buffer(_)) => true,
             (ResourceInfo::Image(info), Contents::Image(names)) => {
-                let picture = Picture::from_texels(&info, names, &[0; 64]).unwrap();
+                let picture = Picture::from_texels(info.format, [1, 1], names, &[0; 64]).unwrap();
                 picture.channels.len() == names.len()
             }
             _ => false,
         };
         assert!(fits, "{}: the entry is of the other kind", resource.name);
     }
+}
+
+#[test]
+fn an_image_has_a_file_for_each_level_layer_and_slice() {
+    let flat = ImageInfo::new(vk::Format::R32_UINT, 4, 2);
+    let names = |info: ImageInfo, level: u32| {
+        let [width, height, depth] = info.level_size_px(level);
+        let count = depth * info.layer_count();
+        let texels: Vec<u8> = (0..count as u8).flat_map(|slice| vec![slice; (4 * width * height) as usize]).collect();
+        let parts = slices(&info, level, &texels);
+        for (index, (_, part)) in parts.iter().enumerate() {
+            assert_eq!(*part, vec![index as u8; (4 * width * height) as usize]);
+        }
+        parts.into_iter().map(|(name, _)| name).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(names(flat, 0), "");
+    assert_eq!(names(flat.with_levels(3), 2), "_level_2");
+    assert_eq!(names(flat.with_layers(2), 0), "_layer_0 _layer_1");
+    assert_eq!(names(flat.with_depth(4).with_levels(2), 1), "_level_1_slice_0 _level_1_slice_1");
 }

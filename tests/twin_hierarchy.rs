@@ -8,7 +8,7 @@ use common::hierarchy::{Hierarchy, Options, Readback};
 use common::light_sets::{Case, degenerate, uniform, wide_fluxes};
 use glam::{DVec3, Vec3};
 use gridlight::cpu::count_lights::{LevelTable, count_lights};
-use gridlight::cpu::deal_tiles::deal_tiles;
+use gridlight::cpu::deal_lights::deal_lights;
 use gridlight::cpu::exclusive_scan::exclusive_scan;
 use gridlight::cpu::gather_below::gather_below;
 use gridlight::cpu::gather_vertex::gather_vertex;
@@ -97,14 +97,14 @@ fn compare_with_twin(gpu: &Readback, lights: &LightList, build: LevelBuild, capa
 }
 
 fn compare_merged(gpu: &Readback, lights: &LightList) -> Verdict {
-    let tiles = deal_tiles(&gpu.table, gpu.deal);
+    let sub_images = deal_lights(&gpu.table, gpu.deal);
     // Entries of unused levels are never written.
-    for (tile, entries) in tiles.chunks_exact(gridlight::cpu::deal_tiles::SUB_IMAGE_STRIDE).enumerate() {
+    for (sub_image, entries) in sub_images.chunks_exact(gridlight::cpu::deal_lights::SUB_IMAGE_STRIDE).enumerate() {
         let used = gpu.deal.first_level as usize..=gpu.deal.top_level as usize + 1;
-        let first = tile * entries.len();
-        compare::exact("tiles", &gpu.tiles[first..][used.clone()], &entries[used])?;
+        let first = sub_image * entries.len();
+        compare::exact("sub_images", &gpu.sub_images[first..][used.clone()], &entries[used])?;
     }
-    let twin = merge_lights(&gpu.lights, lights, &gpu.table, &tiles, gpu.deal);
+    let twin = merge_lights(&gpu.lights, lights, &gpu.table, &sub_images, gpu.deal);
     compare::grid_lights(&gpu.merged, &twin, &gpu.grid, 0)
 }
 
@@ -327,7 +327,7 @@ fn planted_faults_are_noticed() {
     fails("a swapped variance", &|gpu| gpu.lights[9].variance.swap(0, 2), &twin);
     fails("a moved centre", &|gpu| gpu.lights[9].position_ws[2] += 1e-3, &twin);
     fails("swapped merged lights", &|gpu| gpu.merged.swap(3, 4), &twin);
-    fails("a tile off by one", &|gpu| gpu.tiles[2] += 1, &twin);
+    fails("a sub-image off by one", &|gpu| gpu.sub_images[2] += 1, &twin);
     fails("the placement", &|gpu| gpu.grid.placement.h_top *= 1.001, &twin);
     let invariants = |gpu: &Readback| check_invariants(gpu, &lights);
     let brightest = |gpu: &Readback| {

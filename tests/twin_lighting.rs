@@ -45,10 +45,10 @@ fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Gri
     let radiance = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
     let hierarchy = renderer.outputs().technique.of::<HierarchyOutputs>().unwrap();
     let read = |buffer| renderer.executor().read_buffer(buffer).unwrap();
-    let tiles: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.sub_images));
+    let sub_images: Vec<u32> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.sub_images));
     let levels = renderer.shapes().of::<LghShape>().unwrap().levels;
     let mut lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
-    lights.truncate(tiles[levels.top as usize + 1] as usize);
+    lights.truncate(sub_images[levels.top as usize + 1] as usize);
     let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
     (radiance, lights, Grid { placement: placement[0], levels, center: settings.lgh.center })
 }

@@ -1,4 +1,4 @@
-// Light-volume fragments of each pixel, from the interleaved layout to the picture's. One thread per pixel.
+// Lights that each pixel tests, from the interleaved layout to the picture's. One thread per pixel.
 #include "common/frame.glsl"
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
@@ -8,7 +8,7 @@ layout(set = 0, binding = 2, rgba32f) uniform writeonly image2D out_values;
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;
     if (all(lessThan(pixel, image_size()))) {
-        uint fragments = lights_tested[reservoir_index(interleaved_from_pixel(pixel))];
-        imageStore(out_values, ivec2(pixel), vec4(float(fragments)));
+        uint tested = lights_tested[reservoir_index(interleaved_from_pixel(pixel))];
+        imageStore(out_values, ivec2(pixel), vec4(float(tested)));
     }
 }

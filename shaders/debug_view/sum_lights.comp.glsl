@@ -17,7 +17,7 @@ layout(constant_id = 0) const uint SHARES = 0u;
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform utexture2D normals_image;
 layout(set = 0, binding = 3, std430) readonly buffer MergedLights { GridLight merged_lights[]; };
-layout(set = 0, binding = 4, std430) readonly buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 4, std430) readonly buffer SubImages { uint sub_images[]; };
 layout(set = 0, binding = 5, std430) readonly buffer Grid { GridPlacement grid; };
 layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_values;
 // Linear colour: the levels' colours, mixed by their shares.
@@ -25,7 +25,7 @@ layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_mix;
 // First row of pixels within the sub-image; sRGB colours 0xRRGGBB of the levels, then of "no light".
 layout(push_constant) uniform Push { uint first_row; uint colors[MAX_LEVEL + 2u]; };
 
-#include "merge/tiles.glsl"
+#include "merge/sub_images.glsl"
 #include "light_volumes/response.glsl"
 
 const uint GROUP = TILE_SIZE * TILE_SIZE;
@@ -93,9 +93,9 @@ vec2 sum_near(uint first, vec3 position_ws, vec3 normal, float radius, uint leve
 }
 
 void main() {
-    uint tile = gl_WorkGroupID.z;
+    uint sub_image = gl_WorkGroupID.z;
     uvec2 in_tile = gl_GlobalInvocationID.xy + uvec2(0u, first_row);
-    uvec2 pixel = in_tile * interleave() + uvec2(tile % interleave(), tile / interleave());
+    uvec2 pixel = in_tile * interleave() + uvec2(sub_image % interleave(), sub_image / interleave());
     bool inside = all(lessThan(in_tile, sub_image_size())) && all(lessThan(pixel, image_size()));
     float depth = inside ? texelFetch(depth_image, ivec2(pixel), 0).x : 0.0;
     bool found = depth > 0.0;
@@ -108,9 +108,9 @@ void main() {
     vec3 mixed = vec3(0.0);
     for (uint level = first_level(); level <= top_level(); ++level) {
         float radius = alpha() * cell_size(grid.h_top, level);
-        uint end = tiles[TILE_STRIDE * tile + level + 1u];
+        uint end = sub_images[SUB_IMAGE_STRIDE * sub_image + level + 1u];
         vec2 sum = vec2(0.0);
-        for (uint first = tiles[TILE_STRIDE * tile + level]; first < end; first += BATCH) {
+        for (uint first = sub_images[SUB_IMAGE_STRIDE * sub_image + level]; first < end; first += BATCH) {
             mark_near(first, end, radius, level);
             sum += found ? sum_near(first, position_ws, normal, radius, level) : vec2(0.0);
         }

@@ -23,8 +23,8 @@ layout(push_constant) uniform Push { uint index_bits; uint flags; };
 #include "common/light_rays.glsl"
 #include "shadow_rays/samples.glsl"
 layout(set = 0, binding = 15, std430) readonly buffer Grid { GridPlacement grid; };
-layout(set = 0, binding = 16, std430) readonly buffer Tiles { uint tiles[]; };
-#include "merge/tiles.glsl"
+layout(set = 0, binding = 16, std430) readonly buffer SubImages { uint sub_images[]; };
+#include "merge/sub_images.glsl"
 #else
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform utexture2D normals_image;
@@ -85,12 +85,12 @@ void add_light(inout InspectedLevel sum, uint light, vec3 position_ws, vec3 norm
 }
 
 // The lights of one level of the pixel's sub-image. All threads call it.
-void look_at_level(uint tile, vec3 position_ws, vec3 normal, uint level) {
+void look_at_level(uint sub_image, vec3 position_ws, vec3 normal, uint level) {
     uint lane = gl_LocalInvocationIndex;
     InspectedLevel sum = InspectedLevel(0u, 0u, 0.0, 0.0, NO_LIGHT, 0.0, 0.0, 0.0);
     float radius = alpha() * cell_size(grid.h_top, level);
-    uint end = tiles[TILE_STRIDE * tile + level + 1u];
-    for (uint light = tiles[TILE_STRIDE * tile + level] + lane; light < end; light += WORKGROUP_SIZE) {
+    uint end = sub_images[SUB_IMAGE_STRIDE * sub_image + level + 1u];
+    for (uint light = sub_images[SUB_IMAGE_STRIDE * sub_image + level] + lane; light < end; light += WORKGROUP_SIZE) {
         add_light(sum, light, position_ws, normal, radius, level);
     }
     of_threads[lane] = sum;
@@ -166,9 +166,9 @@ void main() {
     if (found) {
         vec3 position_ws = position_from_depth(pixel, depth);
         vec3 normal = unpack_octahedral(texelFetch(normals_image, ivec2(pixel), 0).x);
-        uint tile = pixel.x % interleave() + pixel.y % interleave() * interleave();
+        uint sub_image = pixel.x % interleave() + pixel.y % interleave() * interleave();
         for (uint level = first_level(); level <= top_level(); ++level) {
-            look_at_level(tile, position_ws, normal, level);
+            look_at_level(sub_image, position_ws, normal, level);
         }
         if (gl_LocalInvocationIndex == 0u) {
             look_at_samples(pixel, depth);

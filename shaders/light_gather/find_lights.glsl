@@ -30,7 +30,7 @@ struct Reach {
     uint grid_count;
 };
 
-Reach reach_of(Cluster bounds, uint level, uint tile) {
+Reach reach_of(Cluster bounds, uint level, uint sub_image) {
     uint grid_level = max(level, 1u);
     float per_cell = 1.0 / cell_size(grid.h_top, grid_level);
     // A grid light lies within a cell of its vertex, a light of level 0 within the cell that begins there.
@@ -46,7 +46,7 @@ Reach reach_of(Cluster bounds, uint level, uint tile) {
     }
     uvec3 extent = uvec3(max(high - low + 1.0, vec3(0.0)));
     uint count = level == 0u ? grid.light_count : level_count(level);
-    return Reach(level, grid_level, uvec3(low), extent, tiles[TILE_STRIDE * tile + level], count,
+    return Reach(level, grid_level, uvec3(low), extent, sub_images[SUB_IMAGE_STRIDE * sub_image + level], count,
                  ranks[first_word(grid_level)], level_count(grid_level));
 }
 
@@ -80,13 +80,13 @@ uvec2 ranks_of_row(Reach reach, uint row) {
 }
 
 // Where light `index` of a level, or the first one after it, lies among those dealt to a sub-image.
-uint dealt_index(uint index, Reach reach, uint tile) {
-    return dealt_before(index, reach.count, tile, interleave() * interleave());
+uint dealt_index(uint index, Reach reach, uint sub_image) {
+    return dealt_before(index, reach.count, sub_image, interleave() * interleave());
 }
 
 // The lights of a row of vertices: merged lights of the level, counted from its first. With the lights themselves as first
 // level, those of level 0 are ranges of the list by cell.
-uvec2 lights_of_row(Reach reach, uint row, uint tile) {
+uvec2 lights_of_row(Reach reach, uint row, uint sub_image) {
 #ifdef FIRST_LEVEL_0
     if (reach.level == 0u) {
         uvec2 yz = reach.low.yz + uvec2(row % reach.extent.y, row / reach.extent.y);
@@ -95,16 +95,16 @@ uvec2 lights_of_row(Reach reach, uint row, uint tile) {
     }
 #endif
     uvec2 range = ranks_of_row(reach, row);
-    return uvec2(dealt_index(range.x, reach, tile), dealt_index(range.y, reach, tile));
+    return uvec2(dealt_index(range.x, reach, sub_image), dealt_index(range.y, reach, sub_image));
 }
 
 // Light `i` of such a range in the merged list, NO_LIGHT when it is dealt to another sub-image.
-uint merged_light(Reach reach, uint i, uint tile) {
+uint merged_light(Reach reach, uint i, uint sub_image) {
 #ifdef FIRST_LEVEL_0
     if (reach.level == 0u) {
         uint light = bucket_lights[i];
-        uint dealt = dealt_index(light, reach, tile);
-        return dealt_index(light + 1u, reach, tile) > dealt ? reach.first + dealt : NO_LIGHT;
+        uint dealt = dealt_index(light, reach, sub_image);
+        return dealt_index(light + 1u, reach, sub_image) > dealt ? reach.first + dealt : NO_LIGHT;
     }
 #endif
     return reach.first + i;
@@ -112,14 +112,14 @@ uint merged_light(Reach reach, uint i, uint tile) {
 
 // Finds the lights of one level in this thread's rows, and keeps those whose number, counted from `count`, is at least
 // `first`. `before` is a cluster whose lights have been found already. Returns the new count.
-uint find_in_level(Reach reach, Cluster own, Cluster before, bool has_before, uint tile, uint first, uint count) {
+uint find_in_level(Reach reach, Cluster own, Cluster before, bool has_before, uint sub_image, uint first, uint count) {
     uint lane = gl_LocalInvocationIndex;
     uint rows = reach.extent.x == 0u ? 0u : reach.extent.y * reach.extent.z;
     float radius = alpha() * cell_size(grid.h_top, reach.level);
     for (uint r = lane; r < rows; r += LANES) {
-        uvec2 range = lights_of_row(reach, r, tile);
+        uvec2 range = lights_of_row(reach, r, sub_image);
         for (uint i = range.x; i < range.y; ++i) {
-            uint light = merged_light(reach, i, tile);
+            uint light = merged_light(reach, i, sub_image);
             uint read = light == NO_LIGHT ? 0u : light;
             vec3 position = texelFetch(light_texels, light_texel(read, 0u), 0).xyz - frame.eye_ws;
             bool reaches = light != NO_LIGHT && may_reach(own, position, reach.level, radius);
@@ -134,14 +134,14 @@ uint find_in_level(Reach reach, Cluster own, Cluster before, bool has_before, ui
     return count;
 }
 
-uint find_in_all(uint tile, uint first) {
+uint find_in_all(uint sub_image, uint first) {
     uint count = 0u;
     for (uint c = 0u; c < CLUSTERS; ++c) {
         if (!is_cluster_empty(c)) {
             Cluster own = cluster(c);
             Cluster before = cluster(0u);
             for (uint level = first_level(); level <= top_level(); ++level) {
-                count = find_in_level(reach_of(own, level, tile), own, before, c > 0u, tile, first, count);
+                count = find_in_level(reach_of(own, level, sub_image), own, before, c > 0u, sub_image, first, count);
             }
         }
     }
@@ -150,11 +150,11 @@ uint find_in_all(uint tile, uint first) {
 
 // Lists the lights that may reach the tile, of each thread's at most FOUND_PER_LANE from number `first` on; all threads
 // must call. Returns how many are listed; `most` is the number of lights of the thread that has found most.
-uint list_candidates(uint tile, uint first, out uint most) {
+uint list_candidates(uint sub_image, uint first, out uint most) {
     uint lane = gl_LocalInvocationIndex;
     most_found = 0u;
     barrier();
-    uint count = find_in_all(tile, first);
+    uint count = find_in_all(sub_image, first);
     atomicMax(most_found, count);
     uint kept = min(count - min(first, count), FOUND_PER_LANE);
     found_counts[lane] = kept;

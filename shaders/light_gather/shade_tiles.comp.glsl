@@ -12,7 +12,7 @@
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(set = 0, binding = 1) uniform texture2D light_texels;
-layout(set = 0, binding = 2, std430) readonly buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 2, std430) readonly buffer SubImages { uint sub_images[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Grid { GridPlacement grid; };
 layout(set = 0, binding = 4) uniform texture2D depth_image;
 layout(set = 0, binding = 5) uniform utexture2D normals_image;
@@ -32,12 +32,12 @@ layout(set = 0, binding = 13, std430) readonly buffer BucketLights { uint bucket
 layout(set = 0, binding = 14, std430) readonly buffer CellBits { uint cell_bits[]; };
 layout(set = 0, binding = 15, std430) readonly buffer CellRanks { uint cell_ranks[]; };
 #endif
-layout(constant_id = 0) const uint COUNT_OVERDRAW = 0u;
+layout(constant_id = 0) const uint COUNT_LIGHTS_TESTED = 0u;
 // Shadow samples of a pixel, known to the compiler so that reservoirs stay in registers; at least 1.
 layout(constant_id = 2) const uint SAMPLES = 1u;
 
 #include "common/level_table.glsl"
-#include "merge/tiles.glsl"
+#include "merge/sub_images.glsl"
 #ifdef FIRST_LEVEL_0
 #include "common/cells.glsl"
 #endif
@@ -137,7 +137,7 @@ void add_candidates(Pixel pixel, uint count, inout Gathered gathered) {
 
 void store(uvec2 fragment, Pixel pixel, uint tested, Gathered gathered) {
     imageStore(out_lighting, ivec2(fragment), gathered.lighting);
-    if (COUNT_OVERDRAW != 0u) {
+    if (COUNT_LIGHTS_TESTED != 0u) {
         lights_tested[pixel.index] = pixel.found ? tested : 0u;
     }
 #ifndef RESERVOIR_NONE
@@ -149,9 +149,9 @@ void store(uvec2 fragment, Pixel pixel, uint tested, Gathered gathered) {
 }
 
 void main() {
-    uint tile = gl_WorkGroupID.z;
-    uvec2 sub_image = uvec2(tile % interleave(), tile / interleave());
-    Pixel pixel = pixel_at(gl_GlobalInvocationID.xy, sub_image);
+    uint sub_image = gl_WorkGroupID.z;
+    uvec2 column_row = uvec2(sub_image % interleave(), sub_image / interleave());
+    Pixel pixel = pixel_at(gl_GlobalInvocationID.xy, column_row);
     // Wider than this, two clusters let fewer lights pass than they cost.
     float split_distance = 3.0 * alpha() * cell_size(grid.h_top, 1u);
     bound_tile(pixel.found, pixel.position_ws - frame.eye_ws, pixel.normal, pixel.distance, split_distance);
@@ -164,12 +164,12 @@ void main() {
     uint tested = 0u;
     uint most = 1u;
     for (uint first = 0u; first < most; first += FOUND_PER_LANE) {
-        uint count = list_candidates(tile, first, most);
+        uint count = list_candidates(sub_image, first, most);
         add_candidates(pixel, count, gathered);
         tested += count;
         barrier();
     }
     if (all(lessThan(gl_GlobalInvocationID.xy, sub_image_size()))) {
-        store(sub_image * sub_image_size() + gl_GlobalInvocationID.xy, pixel, tested, gathered);
+        store(column_row * sub_image_size() + gl_GlobalInvocationID.xy, pixel, tested, gathered);
     }
 }

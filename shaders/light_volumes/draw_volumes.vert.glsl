@@ -5,11 +5,11 @@
 #include "common/lights.glsl"
 
 layout(set = 0, binding = 1, std430) readonly buffer MergedLights { GridLight merged_lights[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 2, std430) readonly buffer SubImages { uint sub_images[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Grid { GridPlacement grid; };
-layout(push_constant) uniform Push { uint tile; };
+layout(push_constant) uniform Push { uint sub_image; };
 
-#include "merge/tiles.glsl"
+#include "merge/sub_images.glsl"
 
 layout(location = 0) flat out uint out_light;
 layout(location = 1) flat out float out_radius;
@@ -33,7 +33,7 @@ vec3 corner(uint vertex) {
 }
 
 void main() {
-    uint light = tiles[TILE_STRIDE * tile + first_level()] + gl_InstanceIndex;
+    uint light = sub_images[SUB_IMAGE_STRIDE * sub_image + first_level()] + gl_InstanceIndex;
     float radius = alpha() * cell_size(grid.h_top, merged_lights[light].level);
     vec3 position_ws = merged_lights[light].position_ws + corner(gl_VertexIndex) * (2.0 * radius);
     out_light = light;

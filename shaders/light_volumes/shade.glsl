@@ -11,17 +11,17 @@
 layout(early_fragment_tests) in;
 
 layout(set = 0, binding = 1, std430) readonly buffer MergedLights { GridLight merged_lights[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 2, std430) readonly buffer SubImages { uint sub_images[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Grid { GridPlacement grid; };
 layout(set = 0, binding = 4) uniform texture2D depth_image;
 layout(set = 0, binding = 5) uniform utexture2D normals_image;
-// lights_tested[pixel]: fragments, counted in frames for statistics only.
+// lights_tested[pixel]: lights tested, counted in frames for statistics only.
 layout(set = 0, binding = 6, std430) buffer LightsTested { uint lights_tested[]; };
 #define RESERVOIR_BINDING 7
 #include "light_volumes/reservoir.glsl"
 #include "light_volumes/response.glsl"
 
-layout(constant_id = 0) const uint COUNT_OVERDRAW = 0u;
+layout(constant_id = 0) const uint COUNT_LIGHTS_TESTED = 0u;
 
 struct Surface {
     vec3 position_ws;
@@ -61,8 +61,8 @@ vec4 shade(Surface surface, uint index, float radius, uint level) {
     return vec4(radiance, f);
 }
 
-void count_fragments(uint pixel_index, uint fragments) {
-    if (COUNT_OVERDRAW != 0u) {
-        atomicAdd(lights_tested[pixel_index], fragments);
+void count_lights_tested(uint pixel_index, uint tested) {
+    if (COUNT_LIGHTS_TESTED != 0u) {
+        atomicAdd(lights_tested[pixel_index], tested);
     }
 }

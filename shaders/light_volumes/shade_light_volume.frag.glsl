@@ -8,7 +8,7 @@ layout(location = 0) out vec4 out_lighting;
 void main() {
     Surface surface;
     bool found = surface_at(uvec2(gl_FragCoord.xy), surface);
-    count_fragments(reservoir_index(uvec2(gl_FragCoord.xy)), 1u);
+    count_lights_tested(reservoir_index(uvec2(gl_FragCoord.xy)), 1u);
     vec4 lighting = found ? shade(surface, light, radius, merged_lights[light].level) : vec4(0.0);
     if (lighting.rgb == vec3(0.0)) {
         discard;

@@ -13,7 +13,7 @@
 layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer GridLights { GridLight grid_lights[]; };
 layout(set = 0, binding = 2, std430) readonly buffer LevelTable { uint level_table[]; };
-layout(set = 0, binding = 3, std430) readonly buffer Tiles { uint tiles[]; };
+layout(set = 0, binding = 3, std430) readonly buffer SubImages { uint sub_images[]; };
 layout(set = 0, binding = 4, std430) readonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 5, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
 layout(set = 0, binding = 6, std430) readonly buffer LightCounts { uint light_counts[]; };
@@ -23,7 +23,7 @@ layout(set = 0, binding = 8, std430) readonly buffer Grid { GridPlacement grid; 
 layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D light_texels;
 
 #include "common/level_table.glsl"
-#include "merge/tiles.glsl"
+#include "merge/sub_images.glsl"
 
 void store(uint index, GridLight light) {
     merged_lights[index] = light;
@@ -34,16 +34,16 @@ void store(uint index, GridLight light) {
 }
 
 void deal(GridLight light, uint index, uint count) {
-    uint tile_count = interleave() * interleave();
-    if (count < tile_count) {
-        for (uint tile = 0u; tile < tile_count; ++tile) {
-            store(tiles[TILE_STRIDE * tile + light.level] + index, light);
+    uint sub_image_count = interleave() * interleave();
+    if (count < sub_image_count) {
+        for (uint sub_image = 0u; sub_image < sub_image_count; ++sub_image) {
+            store(sub_images[SUB_IMAGE_STRIDE * sub_image + light.level] + index, light);
         }
         return;
     }
-    light.flux *= float(tile_count);
-    light.luminance *= float(tile_count);
-    store(tiles[TILE_STRIDE * (index % tile_count) + light.level] + index / tile_count, light);
+    light.flux *= float(sub_image_count);
+    light.luminance *= float(sub_image_count);
+    store(sub_images[SUB_IMAGE_STRIDE * (index % sub_image_count) + light.level] + index / sub_image_count, light);
 }
 
 GridLight original_light(uint index) {

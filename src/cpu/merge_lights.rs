@@ -3,11 +3,11 @@
 use glam::Vec3;
 
 use super::count_lights::LevelTable;
-use super::deal_tiles::{Deal, SUB_IMAGE_STRIDE};
+use super::deal_lights::{Deal, SUB_IMAGE_STRIDE};
 use super::lights::{LightList, luminance};
 use crate::shared::GridLight;
 
-/// The merged list: `tiles` from [`super::deal_tiles::deal_tiles`].
+/// The merged list: `sub_images` from [`super::deal_lights::deal_lights`].
 #[must_use]
 pub fn merge_lights(
     grid_lights: &[GridLight],
@@ -62,7 +62,7 @@ pub fn original_light(lights: &LightList, index: usize) -> GridLight {
 
 #[cfg(test)]
 mod tests {
-    use super::super::deal_tiles::deal_tiles;
+    use super::super::deal_lights::deal_lights;
     use super::*;
 
     #[test]
@@ -73,7 +73,7 @@ mod tests {
         let mut table = LevelTable::default();
         table.0[2..6].copy_from_slice(&[0, 5, 5, 2]);
         let deal = Deal { sub_image_count: 4, first_level: 1, top_level: 2, light_count: 0 };
-        let sub_images = deal_tiles(&table, deal);
+        let sub_images = deal_lights(&table, deal);
         let merged = merge_lights(&grid_lights, &LightList::default(), &table, &sub_images, deal);
         let fluxes: Vec<f32> = merged.iter().map(|l| l.flux[0]).collect();
         assert_eq!(fluxes, [0.0, 16.0, 10.0, 20.0, 4.0, 10.0, 20.0, 8.0, 10.0, 20.0, 12.0, 10.0, 20.0]);

@@ -2,7 +2,7 @@
 
 pub mod compact_vpls;
 pub mod count_lights;
-pub mod deal_tiles;
+pub mod deal_lights;
 pub mod exclusive_scan;
 pub mod fixed_point;
 pub mod gather_below;

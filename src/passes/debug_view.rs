@@ -80,7 +80,7 @@ pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) ->
     values
 }
 
-/// Adds the pass for light-volume fragments per pixel; the frame must count them.
+/// Adds the pass for the lights that each pixel tests; the frame must count them.
 pub fn show_lights_tested(frame: &mut Frame, lights_tested: BufferHandle) -> ImageHandle {
     let values = values_image(frame);
     let pass = frame
@@ -132,7 +132,7 @@ pub fn sum_lights(
     let values = values_image(frame);
     let mix = frame.image("level_mix", vk::Format::R32G32B32A32_SFLOAT);
     let [width_px, height_px] = shape.sub_image_px();
-    let tiles = shape.interleave.pow(2);
+    let sub_images = shape.interleave.pow(2);
     let lights = shape.grid_capacity + if shape.first_level == 0 { shape.lights.light_capacity() } else { 0 };
     let [columns, rows] = [width_px, height_px].map(|edge| edge.div_ceil(TILE_SIZE));
     // The lights are dealt to the sub-images, so that a row of workgroups in all of them visits each light once each column.
@@ -145,7 +145,7 @@ pub fn sum_lights(
         let work = ComputeWork {
             constants: vec![("SHARES", u32::from(shares)), ("LOBE", shape.lobe.code())],
             push,
-            ..shader("debug_view/sum_lights", Dispatch::Groups([columns, band_rows, tiles]))
+            ..shader("debug_view/sum_lights", Dispatch::Groups([columns, band_rows, sub_images]))
         };
         // Later bands keep what earlier ones have written.
         let access = if band == 0 { Access::ComputeWrite } else { Access::ComputeReadWrite };
@@ -154,7 +154,7 @@ pub fn sum_lights(
             .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
             .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
             .bind("merged_lights", merged.lights, Access::ComputeRead)
-            .bind("tiles", merged.sub_images, Access::ComputeRead)
+            .bind("sub_images", merged.sub_images, Access::ComputeRead)
             .bind("grid", placement, Access::ComputeRead)
             .bind("out_values", values, access)
             .bind("out_mix", mix, access);

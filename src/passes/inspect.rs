@@ -44,7 +44,7 @@ pub fn add_with_lights(
     let work = ComputeWork { push: vec![flags(inputs)], ..work };
     let pass = shadow_rays::sampling(frame, shape, "inspect", work, gbuffer, samples)
         .bind("grid", samples.placement, Access::ComputeRead)
-        .bind("tiles", samples.merged.sub_images, Access::ComputeRead);
+        .bind("sub_images", samples.merged.sub_images, Access::ComputeRead);
     finish(frame, pass, gbuffer, inputs)
 }
 

@@ -39,7 +39,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, inputs: &Inpu
     let mut pass = frame
         .compute("light_gather", work(shape))
         .bind("light_texels", merged.texels, Access::ComputeSampled)
-        .bind("tiles", merged.sub_images, Access::ComputeRead)
+        .bind("sub_images", merged.sub_images, Access::ComputeRead)
         .bind("grid", *placement, Access::ComputeRead)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
@@ -62,7 +62,8 @@ fn work(shape: &LghShape) -> ComputeWork {
     let originals = if shape.first_level == 0 { "_first_level_0" } else { "" };
     let reservoirs = if shape.lights.shadow_samples == 0 { "_none" } else { "" };
     let dispatch = Dispatch::Groups([width, height, shape.interleave * shape.interleave]);
-    let mut constants = vec![("COUNT_OVERDRAW", u32::from(shape.count_lights_tested)), ("LOBE", shape.lobe.code())];
+    let mut constants =
+        vec![("COUNT_LIGHTS_TESTED", u32::from(shape.count_lights_tested)), ("LOBE", shape.lobe.code())];
     if shape.lights.shadow_samples > 0 {
         constants.push(("SAMPLES", shape.lights.shadow_samples));
     }

@@ -18,7 +18,7 @@ pub struct Lighting {
     pub image: ImageHandle,
     /// The reservoirs; `None` without shadow samples.
     pub reservoirs: Option<BufferHandle>,
-    /// Fragments per pixel; counted in statistics frames only.
+    /// Lights that each pixel tests; counted in statistics frames only.
     pub lights_tested: BufferHandle,
 }
 
@@ -28,7 +28,7 @@ pub(super) fn declare(frame: &mut Frame, shape: &LghShape, format: vk::Format) -
     let pixels = u64::from(width_px) * u64::from(height_px);
     let image = frame.graph.transient_image("lighting", ImageInfo::new(format, width_px, height_px));
     let lights_tested_bytes = if shape.count_lights_tested { 4 * pixels } else { 16 };
-    let lights_tested = frame.graph.persistent_buffer("overdraw", lights_tested_bytes);
+    let lights_tested = frame.graph.persistent_buffer("lights_tested", lights_tested_bytes);
     let reservoirs = (shape.lights.shadow_samples > 0).then(|| {
         let bytes = reservoir_bytes(shape.reservoir, shape.lights.shadow_samples);
         frame.graph.transient_buffer("reservoirs", bytes * pixels)
@@ -63,7 +63,7 @@ pub fn add(
     let mut pass = Pass::new("light_volumes", Work::Raster(work))
         .bind("frame", frame.data, Access::GraphicsUniform)
         .bind("merged_lights", merged.lights, Access::GraphicsRead)
-        .bind("tiles", merged.sub_images, Access::GraphicsRead)
+        .bind("sub_images", merged.sub_images, Access::GraphicsRead)
         .bind("grid", placement, Access::GraphicsRead)
         .bind("normals_image", gbuffer.normals, Access::FragmentSampled)
         .bind("lights_tested", lights_tested, Access::FragmentReadWrite)
@@ -112,7 +112,7 @@ fn draws(shape: &LghShape, merged: &MergedLights) -> Vec<RasterDraw> {
         let draw = |vertex: &str, fragment: &str, depth_compare, cull, viewport, call| RasterDraw {
             vertex: format!("light_volumes/{vertex}.vert"),
             fragment: format!("light_volumes/{fragment}_{mode}.frag"),
-            constants: vec![("COUNT_OVERDRAW", u32::from(shape.count_lights_tested)), ("LOBE", shape.lobe.code())],
+            constants: vec![("COUNT_LIGHTS_TESTED", u32::from(shape.count_lights_tested)), ("LOBE", shape.lobe.code())],
             push: vec![sub_image],
             state: RasterState { additive_blend: true, depth_compare, depth_write: false, cull, scene_vertices: false },
             viewport,

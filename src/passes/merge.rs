@@ -7,7 +7,7 @@ use super::lgh_shape::LghShape;
 use super::{Frame, shader};
 use crate::gpu::Dispatch;
 use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo};
-use crate::shared::{GridLight, LIGHT_TEXELS, LIGHTS_PER_ROW, MAX_LEVEL};
+use crate::shared::{GridLight, LIGHT_TEXELS, LIGHTS_PER_ROW, MAX_LEVEL, SUB_IMAGE_STRIDE};
 
 /// The merged list.
 #[derive(Clone, Copy, Debug)]
@@ -51,15 +51,15 @@ pub fn add(
     let merged = MergedLights {
         texels: frame.graph.transient_image("merged_light_texels", info),
         lights: frame.graph.persistent_buffer("merged_lights", size_of::<GridLight>() as u64 * capacity),
-        sub_images: frame.graph.persistent_buffer("tiles", 4 * u64::from(sub_image_count * (MAX_LEVEL + 2))),
+        sub_images: frame.graph.persistent_buffer("sub_images", 4 * u64::from(sub_image_count * SUB_IMAGE_STRIDE)),
         draws: frame.graph.transient_buffer("light_volume_draws", 16 * u64::from(sub_image_count)),
     };
     let dispatch = frame.graph.transient_buffer("merge_dispatch", 16);
     let pass = frame
-        .compute("merge/deal_tiles", shader("merge/deal_tiles", Dispatch::groups(1)))
+        .compute("merge/deal_lights", shader("merge/deal_lights", Dispatch::groups(1)))
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("light_counts", lights.counts, Access::ComputeRead)
-        .bind("tiles", merged.sub_images, Access::ComputeWrite)
+        .bind("sub_images", merged.sub_images, Access::ComputeWrite)
         .bind("draws", merged.draws, Access::ComputeWrite)
         .bind("merge_dispatch", dispatch, Access::ComputeWrite);
     frame.graph.add_pass(pass);
@@ -68,7 +68,7 @@ pub fn add(
         .compute("merge", shader("merge/merge_lights", indirect))
         .bind("grid_lights", grid.lights, Access::ComputeRead)
         .bind("level_table", grid.level_table, Access::ComputeRead)
-        .bind("tiles", merged.sub_images, Access::ComputeRead)
+        .bind("sub_images", merged.sub_images, Access::ComputeRead)
         .with(|pass| lights.read_by(pass))
         .bind("light_counts", lights.counts, Access::ComputeRead)
         .bind("merged_lights", merged.lights, Access::ComputeWrite)

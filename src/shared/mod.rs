@@ -44,8 +44,8 @@ shared_constants! {
     MIN_TOP_LEVEL = 2;
     /// Coarsest level that the tables have room for; levels are 1..=MAX_LEVEL, level 0 is the lights.
     MAX_LEVEL = 10;
-    /// Entries of a sub-image in `tiles`: its first merged light of each level, and the end.
-    TILE_STRIDE = MAX_LEVEL + 2;
+    /// Entries of a sub-image in `sub_images`: its first merged light of each level, and the end.
+    SUB_IMAGE_STRIDE = MAX_LEVEL + 2;
     /// Grid lights of the level below that a grid light is made of: vertices 2v + {-1, 0, 1}^3.
     DESCENT_PARTS = 27;
     /// Words of a descent table: the number of parts, then (cumulative luminance, grid light) of each.

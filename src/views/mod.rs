@@ -72,7 +72,7 @@ pub fn legend_of(view: View, [first, last]: [u32; 2], measured_end: f32) -> Opti
         View::ShadowRatio => "S / U, unfiltered",
         View::ShadowRatioFiltered => "S / U, filtered",
         View::SelectedLevel => "mean level chosen",
-        View::LightsTested => "fragments per pixel",
+        View::LightsTested => "lights tested per pixel",
         View::LightCount => "lights per pixel",
         View::LevelWeights => "share of each level",
         _ => return None,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gridlight::cpu::count_lights::{LevelTable, TABLE_WORDS};
-use gridlight::cpu::deal_tiles::{Deal, SUB_IMAGE_STRIDE};
+use gridlight::cpu::deal_lights::{Deal, SUB_IMAGE_STRIDE};
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::LightList;
 use gridlight::gpu::{Executor, Gpu};
@@ -59,7 +59,7 @@ pub struct Readback {
     /// Grid lights of all levels.
     pub lights: Vec<GridLight>,
     /// Where each level of each sub-image starts.
-    pub tiles: Vec<u32>,
+    pub sub_images: Vec<u32>,
     /// The merged list.
     pub merged: Vec<GridLight>,
     /// How it was dealt.
@@ -116,9 +116,9 @@ impl Hierarchy {
         let mut lights: Vec<GridLight> = self.read(outputs.grid.lights);
         lights.truncate(table.range(top).end);
         let sub_image_count = self.shape.interleave * self.shape.interleave;
-        let tiles: Vec<u32> = self.read(outputs.merged.sub_images);
+        let sub_images: Vec<u32> = self.read(outputs.merged.sub_images);
         let mut merged: Vec<GridLight> = self.read(outputs.merged.lights);
-        merged.truncate(tiles[(sub_image_count as usize - 1) * SUB_IMAGE_STRIDE + top as usize + 1] as usize);
+        merged.truncate(sub_images[(sub_image_count as usize - 1) * SUB_IMAGE_STRIDE + top as usize + 1] as usize);
         let descent = outputs.descent.unwrap();
         Readback {
             tables: self.read(descent.tables),
@@ -129,7 +129,7 @@ impl Hierarchy {
             ranks: self.read(outputs.grid.ranks),
             table,
             lights,
-            tiles,
+            sub_images,
             merged,
             deal: Deal { sub_image_count, first_level: self.shape.first_level, top_level: top, light_count },
         }

@@ -15,7 +15,7 @@ points = json.load(sys.stdin)
 figure, axes = pyplot.subplots(figsize=(6, 4), layout="constrained")
 for alpha in sorted({p["alpha"] for p in points}):
     series = [p for p in points if p["alpha"] == alpha]
-    axes.plot([p["grid_lights"] for p in series], [p["overdraw_mean"] for p in series], marker="o", label=f"alpha {alpha}")
+    axes.plot([p["grid_lights"] for p in series], [p["lights_tested_mean"] for p in series], marker="o", label=f"alpha {alpha}")
 axes.set_xscale("log")
 axes.set_ylim(bottom=0)
 axes.set_xlabel("grid lights")

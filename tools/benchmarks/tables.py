@@ -215,7 +215,7 @@ def overdraw_points(plan, found):
         for vpls in plan.plotted:
             counts = found["overdraw", alpha, vpls].timings["counts"]
             result.append({"alpha": alpha, "vpls": counts["vpls"], "grid_lights": sum(counts["grid_lights_per_level"]),
-                           "overdraw_mean": counts["overdraw_mean"], "overdraw_max": counts["overdraw_max"]})
+                           "lights_tested_mean": counts["lights_tested_mean"], "lights_tested_max": counts["lights_tested_max"]})
     return result
 
 
@@ -226,11 +226,11 @@ def overdraw(plan, found):
         if first and first["alpha"] == point["alpha"]:
             # From the first, as neighbours may have nearly as many grid lights.
             decades = math.log10(point["grid_lights"] / first["grid_lights"])
-            added = number((point["overdraw_mean"] - first["overdraw_mean"]) / decades) if decades else ""
+            added = number((point["lights_tested_mean"] - first["lights_tested_mean"]) / decades) if decades else ""
         else:
             first = point
-        rows.append([point["alpha"], f"{point['vpls']:,}", f"{point['grid_lights']:,}", number(point["overdraw_mean"]),
-                     point["overdraw_max"], added])
+        rows.append([point["alpha"], f"{point['vpls']:,}", f"{point['grid_lights']:,}", number(point["lights_tested_mean"]),
+                     point["lights_tested_max"], added])
     return ["## Figure 5: overdraw of the light volumes", "",
             *table(["alpha", "VPLs", "grid lights", "fragments per pixel, mean", "most",
                     "more per tenfold grid lights, from the first"], rows), "",

@@ -186,7 +186,7 @@ def original_lights(dump, like):
 def merged(dump, _rng, _pixels):
     """The merged list: dealt to the sub-images, a level with fewer lights than sub-images copied to each."""
     found = dump.get("merge", "merged_lights")
-    tile_count = dump.frame["interleave"] ** 2
+    sub_image_count = dump.frame["interleave"] ** 2
     levels = []
     for level in range(dump.frame["first_level"], dump.frame["top_level"] + 1):
         if level == 0:
@@ -197,12 +197,12 @@ def merged(dump, _rng, _pixels):
         lights["vertex"] = dump.files[step, "grid_lights"]["first_element"] + np.arange(len(lights))
         levels.append(lights)
     parts = []
-    for tile in range(tile_count):
+    for sub_image in range(sub_image_count):
         for lights in levels:
-            part = lights if len(lights) < tile_count else lights[tile::tile_count].copy()
-            if len(lights) >= tile_count:
-                part["flux"] *= tile_count
-                part["luminance"] *= tile_count
+            part = lights if len(lights) < sub_image_count else lights[sub_image::sub_image_count].copy()
+            if len(lights) >= sub_image_count:
+                part["flux"] *= sub_image_count
+                part["luminance"] *= sub_image_count
             parts.append(part)
     expected = np.concatenate(parts)
     scales = {key: 1.0 if key == "lobe" else magnitude(expected[key]) for key in found.dtype.names}

@@ -47,18 +47,18 @@ class Surface:
         words = np.ascontiguousarray(dump.get("gbuffer", "gbuffer_normals")[self.y, self.x, :1])
         self.normal = unpack_octahedral(words.view("<i2").reshape(-1, 2))
         n, (w, h) = frame["interleave"], frame["sub_image_px"]
-        self.tile = self.y % n * n + self.x % n
+        self.sub_image = self.y % n * n + self.x % n
         self.row, self.column = self.y % n * h + self.y // n, self.x % n * w + self.x // n
         self.index = self.row * (w * n) + self.column
         self.lights = dump.get("merge", "merged_lights")
         self.radii = dump.get("merge", "blending_radii").astype(np.float64)
-        self.tiles = dump.get("merge/deal_tiles", "tiles")
+        self.sub_images = dump.get("merge/deal_lights", "sub_images")
 
     def lit(self, dump, pixel):
         """Radiance per unit albedo from each light of the pixel's sub-image, and the index of the first of them."""
-        frame, tiles = dump.frame, self.tiles[self.tile[pixel]]
+        frame, starts = dump.frame, self.sub_images[self.sub_image[pixel]]
         first, top = frame["first_level"], frame["top_level"]
-        start, end = tiles[first], tiles[top + 1]
+        start, end = starts[first], starts[top + 1]
         lights, radius = self.lights[start:end], self.radii[start:end]
         offset = lights["position_ws"] - self.position[pixel]
         d = np.linalg.norm(offset, axis=1)

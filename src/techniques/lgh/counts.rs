@@ -16,8 +16,8 @@ pub(super) fn counts(shape: &LghShape, words: &[Vec<u32>]) -> Vec<Count> {
         let sum: f64 = tested.iter().map(|lights| f64::from(*lights)).sum();
         let pixels = f64::from(shape.picture_px[0]) * f64::from(shape.picture_px[1]);
         let most = tested.iter().copied().max().unwrap_or(0);
-        counts.push(Count::new("overdraw_mean", "lights tested per pixel, mean", sum / pixels));
-        counts.push(Count::new("overdraw_max", "lights tested per pixel, most", most));
+        counts.push(Count::new("lights_tested_mean", "lights tested per pixel, mean", sum / pixels));
+        counts.push(Count::new("lights_tested_max", "lights tested per pixel, most", most));
     }
     counts
 }

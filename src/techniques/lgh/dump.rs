@@ -12,11 +12,11 @@ use crate::passes::lgh_shape::LghShape;
 use crate::settings::Reservoir;
 use crate::shared::{
     self, DESCENT_STRIDE, FieldInfo, FrameData, GridLight, GridPlacement, MAX_LEVEL, MOMENT_WORDS, NO_LIGHT,
-    SharedStruct, TILE_STRIDE,
+    SUB_IMAGE_STRIDE, SharedStruct,
 };
 
-/// Words of a sub-image in `tiles`, and rows of the level table.
-const LEVELS: u64 = TILE_STRIDE as u64;
+/// Words of a sub-image in `sub_images`, and rows of the level table.
+const LEVELS: u64 = SUB_IMAGE_STRIDE as u64;
 /// Parts in a descent table.
 const DESCENT_PARTS: usize = shared::DESCENT_PARTS as usize;
 /// Representatives of an S1 light.
@@ -77,9 +77,9 @@ pub(super) const ENTRIES: &[Entry] = &[
     ),
     buffer("merge_dispatch", "workgroups", merge_dispatch, "The indirect dispatch of the merge."),
     noted(buffer(
-        "tiles",
+        "sub_images",
         COUNT,
-        tiles,
+        sub_images,
         "For each sub-image the first merged light of every used level, and the end of the list.",
     )),
     image(
@@ -106,7 +106,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     ),
     interleaved(image("interleaved_depth", "near / view z", DEPTH, "The depth buffer dealt to the sub-images.")),
     interleaved(buffer(
-        "overdraw",
+        "lights_tested",
         COUNT,
         lights_tested,
         "Lights that each pixel tests: light-volume fragments and the top level, or the candidates of its tile.",
@@ -235,13 +235,13 @@ fn merge_dispatch(bytes: &[u8], _: &DumpContext<'_>) -> Array {
 }
 
 /// Starts of the used levels of every sub-image.
-fn tiles(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+fn sub_images(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let Some(shape) = known.shape::<LghShape>() else { return all_words(bytes, known) };
     let (first, end) = (shape.first_level as usize, shape.levels.top as usize + 1);
     let mut words = words(bytes);
-    for tile in words.chunks_exact_mut(LEVELS as usize) {
-        tile[..first].fill(0);
-        tile[end + 1..].fill(0);
+    for starts in words.chunks_exact_mut(LEVELS as usize) {
+        starts[..first].fill(0);
+        starts[end + 1..].fill(0);
     }
     Array::plain(Scalar::U32, &[words.len() as u64 / LEVELS, LEVELS], &bytes_of(&words))
 }
@@ -252,7 +252,7 @@ fn draws(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     Array::records(fields.to_vec(), &[bytes.len() as u64 / 16], bytes)
 }
 
-/// Fragments by pixel in the interleaved layout; nothing where they are not counted.
+/// Lights tested by pixel in the interleaved layout; nothing where they are not counted.
 fn lights_tested(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let Some(shape) = known.shape::<LghShape>() else { return all_words(bytes, known) };
     let pixels = interleaved_pixels(shape);
@@ -334,9 +334,9 @@ fn interleaved_pixels(shape: &LghShape) -> [u64; 2] {
 /// End of the merged list.
 fn merged_count(known: &DumpContext<'_>) -> u64 {
     let Some(shape) = known.shape::<LghShape>() else { return 0 };
-    let tiles = (shape.interleave * shape.interleave) as usize;
-    let index = (tiles - 1) * LEVELS as usize + shape.levels.top as usize + 1;
-    known.words("tiles").get(index).copied().unwrap_or(0).into()
+    let sub_images = (shape.interleave * shape.interleave) as usize;
+    let index = (sub_images - 1) * LEVELS as usize + shape.levels.top as usize + 1;
+    known.words("sub_images").get(index).copied().unwrap_or(0).into()
 }
 
 /// The blending radius of every merged light, which the shaders compute where they need it.

@@ -45,7 +45,7 @@ if "--timings" in options:
                 out.writelines(f"{frame},{name},{ms}\n" for name, ms in passes.items())
         else:
             device = {"name": "llvmpipe (fake)", "driver": "fake driver 1 (x)", "api_version": "1.3"}
-            counts = {"vpls": vpls, "grid_lights_per_level": [vpls // 2, 8], "overdraw_mean": 10.0, "overdraw_max": 20}
+            counts = {"vpls": vpls, "grid_lights_per_level": [vpls // 2, 8], "lights_tested_mean": 10.0, "lights_tested_max": 20}
             json.dump({"device": device, "machine": {"cpu": "fake", "cores": 2, "os": "fake"},
                        "program": {"version": "0", "commit": "fake"}, "scene": {"name": "courtyard", "camera": "court"},
                        "settings": {"size": options["--size"], "reservoir": "exact"}, "counts": counts,

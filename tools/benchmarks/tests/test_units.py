@@ -108,7 +108,7 @@ class EqualTime(unittest.TestCase):
 
 
 class Plot(unittest.TestCase):
-    POINTS = [{"alpha": 1, "grid_lights": n, "overdraw_mean": n / 10} for n in (10, 100)]
+    POINTS = [{"alpha": 1, "grid_lights": n, "lights_tested_mean": n / 10} for n in (10, 100)]
 
     def draw(self, folder, interpreter):
         file = Path(folder) / "overdraw.svg"

@@ -1,9 +1,9 @@
-//! Twin of `merge/deal_tiles`.
+//! Twin of `merge/deal_lights`.
 
 use super::count_lights::LevelTable;
 
-/// Entries per sub-image in the tiles.
-pub const SUB_IMAGE_STRIDE: usize = crate::shared::TILE_STRIDE as usize;
+/// Entries of a sub-image in the list of its levels.
+pub const SUB_IMAGE_STRIDE: usize = crate::shared::SUB_IMAGE_STRIDE as usize;
 
 /// Which levels are merged for how many sub-images.
 #[derive(Clone, Copy, Debug)]
@@ -18,16 +18,16 @@ pub struct Deal {
     pub light_count: u32,
 }
 
-/// Lights of a level with `count` lights that sub-image `tile` of `tile_count` gets.
+/// Lights of a level with `count` lights that `sub_image` of `sub_image_count` gets.
 #[must_use]
 pub fn dealt_count(count: u32, sub_image: u32, sub_image_count: u32) -> u32 {
     if count < sub_image_count { count } else { (count - sub_image).div_ceil(sub_image_count) }
 }
 
-/// `tiles[TILE_STRIDE * t + l]`: first merged light of level l for sub-image t; the entry after Lmax ends the list.
+/// `sub_images[SUB_IMAGE_STRIDE * t + l]`: first merged light of level l for sub-image t; the entry after Lmax ends the list.
 /// Entries of unused levels stay 0.
 #[must_use]
-pub fn deal_tiles(table: &LevelTable, deal: Deal) -> Vec<u32> {
+pub fn deal_lights(table: &LevelTable, deal: Deal) -> Vec<u32> {
     let mut sub_images = vec![0; SUB_IMAGE_STRIDE * deal.sub_image_count as usize];
     let mut next = 0;
     for (sub_image, entries) in sub_images.chunks_exact_mut(SUB_IMAGE_STRIDE).enumerate() {
@@ -56,10 +56,10 @@ mod tests {
     }
 
     #[test]
-    fn tiles_by_hand() {
+    fn starts_by_hand() {
         let mut table = LevelTable::default();
         table.0[2..6].copy_from_slice(&[0, 5, 5, 2]);
-        let sub_images = deal_tiles(&table, Deal { sub_image_count: 4, first_level: 1, top_level: 2, light_count: 9 });
+        let sub_images = deal_lights(&table, Deal { sub_image_count: 4, first_level: 1, top_level: 2, light_count: 9 });
         assert_eq!(sub_images[1..4], [0, 2, 4], "two of five, both of two");
         assert_eq!(sub_images[SUB_IMAGE_STRIDE + 1..SUB_IMAGE_STRIDE + 4], [4, 5, 7]);
     }

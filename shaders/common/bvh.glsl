@@ -1,4 +1,5 @@
 // Ray traversal over the eight-wide BVH (docs/bvh.md). Needs scene.glsl up to its surfaces.
+#include "shared/BvhNode.glsl"
 
 // Directions with a zero component would give NaNs in the slab test.
 vec3 safe_inverse(vec3 direction) {
@@ -45,26 +46,31 @@ struct NodeHits {
     uint leaf_bits;
 };
 
+BvhNode bvh_node(uint i) {
+    uint first = BVH_NODE_TEXELS * i;
+    return bvh_node_from_texels(
+        texelFetch(bvh_nodes, texel_place(first), 0),
+        texelFetch(bvh_nodes, texel_place(first + 1u), 0),
+        texelFetch(bvh_nodes, texel_place(first + 2u), 0),
+        texelFetch(bvh_nodes, texel_place(first + 3u), 0),
+        texelFetch(bvh_nodes, texel_place(first + 4u), 0));
+}
+
 // Tests the children of a node up to a distance.
-NodeHits visit_node(uint node, SlabRay ray, float t_max) {
-    uint first = NODE_TEXELS * node;
-    uvec4 head = texelFetch(bvh_nodes, texel_place(first), 0);
-    uvec4 links = texelFetch(bvh_nodes, texel_place(first + 1u), 0);
+NodeHits visit_node(uint index, SlabRay ray, float t_max) {
+    BvhNode node = bvh_node(index);
     // Lower planes of the eight children in xy, upper ones in zw; turned so that the nearer ones are in xy.
-    uvec4 qx = texelFetch(bvh_nodes, texel_place(first + 2u), 0);
-    uvec4 qy = texelFetch(bvh_nodes, texel_place(first + 3u), 0);
-    uvec4 qz = texelFetch(bvh_nodes, texel_place(first + 4u), 0);
-    qx = ray.negative.x ? qx.zwxy : qx;
-    qy = ray.negative.y ? qy.zwxy : qy;
-    qz = ray.negative.z ? qz.zwxy : qz;
-    vec3 extent = uintBitsToFloat(((uvec3(head.w) >> uvec3(0u, 8u, 16u)) & 0xffu) << 23u);
+    uvec4 qx = ray.negative.x ? node.x.zwxy : node.x;
+    uvec4 qy = ray.negative.y ? node.y.zwxy : node.y;
+    uvec4 qz = ray.negative.z ? node.z.zwxy : node.z;
+    vec3 extent = uintBitsToFloat(((uvec3(node.exponents_and_inner) >> uvec3(0u, 8u, 16u)) & 0xffu) << 23u);
     vec3 scale = extent * ray.inverse_direction;
-    vec3 start = (uintBitsToFloat(head.xyz) - ray.origin) * ray.inverse_direction;
+    vec3 start = (node.origin - ray.origin) * ray.inverse_direction;
     uint octant4 = ray.octant * 0x01010101u;
     uint hits = 0u;
     for (uint half_node = 0u; half_node < 2u; ++half_node) {
         bool second = half_node == 1u;
-        uint meta4 = second ? links.w : links.z;
+        uint meta4 = second ? node.meta.y : node.meta.x;
         uint is_inner = (meta4 & (meta4 << 1u)) & 0x10101010u;
         uint bit_index4 = (meta4 ^ (octant4 & ((is_inner >> 4u) * 0xffu))) & 0x1f1f1f1fu;
         uint child_bits4 = (meta4 >> 5u) & 0x07070707u;
@@ -80,11 +86,9 @@ NodeHits visit_node(uint node, SlabRay ray, float t_max) {
         bits = mix(uvec4(0u), bits, inside);
         hits |= bits.x | bits.y | bits.z | bits.w;
     }
-    return NodeHits(uvec2(links.x, (hits & 0xff000000u) | (head.w >> 24u)), links.y, hits & 0xffffffu);
+    uint inner = node.exponents_and_inner >> 24u;
+    return NodeHits(uvec2(node.first_child, (hits & 0xff000000u) | inner), node.first_triangle, hits & 0xffffffu);
 }
-
-// Rust: scene::bvh::MAX_WIDE_DEPTH.
-const uint STACK_SIZE = 32u;
 
 // Nearest hit, or the first hit of any kind when `any_hit`. Cut-out texels are holes. Returns false on a miss.
 // Ylitie et al. 2017, algorithm 1, arranged for drivers that run the body of every `if` and only leave loops: a pass
@@ -92,7 +96,7 @@ const uint STACK_SIZE = 32u;
 // each other's triangles, and the alpha test, by far the dearest part, waits until no ray has anything else to do.
 bool traverse(vec3 origin, vec3 direction, float t_max, bool any_hit, out Hit hit) {
     SlabRay ray = slab_ray(origin, direction);
-    uvec2 stack[STACK_SIZE];
+    uvec2 stack[MAX_WIDE_DEPTH];
     uint depth = 0u;
     hit = Hit(t_max, vec2(0.0), 0u);
     bool found = false;
@@ -106,7 +110,7 @@ bool traverse(vec3 origin, vec3 direction, float t_max, bool any_hit, out Hit hi
                 uvec2 group = pending.group;
                 uint child = uint(findMSB(group.y));
                 uint siblings = group.y & ~(1u << child);
-                if ((siblings & 0xff000000u) != 0u && depth < STACK_SIZE) {
+                if ((siblings & 0xff000000u) != 0u && depth < MAX_WIDE_DEPTH) {
                     stack[depth++] = uvec2(group.x, siblings);
                 }
                 uint slot = (child - 24u) ^ ray.octant;
@@ -124,7 +128,7 @@ bool traverse(vec3 origin, vec3 direction, float t_max, bool any_hit, out Hit hi
                 float t = intersect_triangle(origin, direction, tri, barycentric);
                 if (t > 0.0 && t < hit.t) {
                     candidate = Hit(t, barycentric, i);
-                    masked = (tri.flags & 1u) != 0u;
+                    masked = (tri.flags & TRIANGLE_ALPHA_MASKED) != 0u;
                     found = found || !masked;
                     if (!masked) {
                         hit = candidate;

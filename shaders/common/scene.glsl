@@ -3,19 +3,7 @@
 
 #extension GL_EXT_samplerless_texture_functions : require
 
-// Rust: scene::bvh::BvhNode, eight children in five texels; see there.
-const uint NODE_TEXELS = 5u;
-
-// Rust: scene::bvh::BvhTriangle, three texels.
-const uint TRIANGLE_TEXELS = 3u;
-struct BvhTriangle {
-    vec3 v0;
-    uint triangle;
-    vec3 edge1;
-    uint material;
-    vec3 edge2;
-    uint flags;
-};
+#include "shared/BvhTriangle.glsl"
 
 #include "common/material.glsl"
 
@@ -37,18 +25,16 @@ struct Hit {
     uint bvh_triangle;
 };
 
-// A row has 4,096 texels, as in gpu::word_image.
 ivec2 texel_place(uint i) {
-    return ivec2(i & 4095u, i >> 12u);
+    return ivec2(i % WORD_ROW_TEXELS, i / WORD_ROW_TEXELS);
 }
 
 BvhTriangle bvh_triangle(uint i) {
-    uint first = TRIANGLE_TEXELS * i;
-    uvec4 a = texelFetch(bvh_triangles, texel_place(first), 0);
-    uvec4 b = texelFetch(bvh_triangles, texel_place(first + 1u), 0);
-    uvec4 c = texelFetch(bvh_triangles, texel_place(first + 2u), 0);
-    return BvhTriangle(
-        uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xyz), b.w, uintBitsToFloat(c.xyz), c.w);
+    uint first = BVH_TRIANGLE_TEXELS * i;
+    return bvh_triangle_from_texels(
+        texelFetch(bvh_triangles, texel_place(first), 0),
+        texelFetch(bvh_triangles, texel_place(first + 1u), 0),
+        texelFetch(bvh_triangles, texel_place(first + 2u), 0));
 }
 
 vec2 vertex_uv(uint vertex) {
@@ -92,17 +78,17 @@ HitSurface surface_at_hit(Hit hit, vec3 direction) {
     BvhTriangle tri = bvh_triangle(hit.bvh_triangle);
     vec3 geometric = normalize(cross(tri.edge1, tri.edge2));
     geometric = dot(geometric, direction) > 0.0 ? -geometric : geometric;
-    vec3 normal = normalize(hit_normal(tri.triangle, hit.barycentric));
+    vec3 normal = normalize(hit_normal(tri.triangle_index, hit.barycentric));
     normal = dot(normal, geometric) < 0.0 ? -normal : normal;
     vec3 position_ws = tri.v0 + tri.edge1 * hit.barycentric.x + tri.edge2 * hit.barycentric.y;
-    vec3 albedo = base_color_at(tri.material, tri.triangle, hit.barycentric).rgb;
+    vec3 albedo = base_color_at(tri.material, tri.triangle_index, hit.barycentric).rgb;
     return HitSurface(position_ws, geometric, normal, albedo);
 }
 
 // Whether a hit on an alpha-masked triangle goes through a cut-out texel.
 bool is_hole(Hit hit) {
     BvhTriangle tri = bvh_triangle(hit.bvh_triangle);
-    return base_color_at(tri.material, tri.triangle, hit.barycentric).a < materials[tri.material].alpha_cutoff;
+    return base_color_at(tri.material, tri.triangle_index, hit.barycentric).a < materials[tri.material].alpha_cutoff;
 }
 
 #ifdef RAY_QUERY

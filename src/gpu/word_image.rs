@@ -11,16 +11,14 @@ use super::physical::Physical;
 use super::transfer::{Subresource, download_image, upload_image};
 use crate::error::{Error, Result};
 use crate::graph::ImageInfo;
-
-/// Texels in a row: the edge that every device's images can have (`texel_place` in the shaders).
-const ROW_TEXELS: u32 = 4096;
+use crate::shared::WORD_ROW_TEXELS;
 
 /// Four words.
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
 /// Four words of four bytes.
 const TEXEL_BYTES: usize = 16;
 
-/// Bytes in rows of [`ROW_TEXELS`] texels. Why not a buffer: `docs/bvh.md`.
+/// Bytes in rows of [`WORD_ROW_TEXELS`] texels. Why not a buffer: `docs/bvh.md`.
 pub(super) struct WordImage {
     image: Image,
     rows: u32,
@@ -37,7 +35,7 @@ impl WordImage {
         let rows = rows(name, bytes.len(), most)?;
         let info = TextureInfo {
             format: FORMAT,
-            width_px: ROW_TEXELS,
+            width_px: WORD_ROW_TEXELS,
             height_px: rows,
             mips: 1,
             layers: 1,
@@ -46,8 +44,8 @@ impl WordImage {
         };
         let image = Image::texture(gpu, name, info)?;
         let mut texels = bytes.to_vec();
-        texels.resize(rows as usize * ROW_TEXELS as usize * TEXEL_BYTES, 0);
-        let all = Subresource { mip: 0, layer: 0, width_px: ROW_TEXELS, height_px: rows, texels: &texels };
+        texels.resize(rows as usize * WORD_ROW_TEXELS as usize * TEXEL_BYTES, 0);
+        let all = Subresource { mip: 0, layer: 0, width_px: WORD_ROW_TEXELS, height_px: rows, texels: &texels };
         upload_image(gpu, &image, &[all])?;
         Ok(Self { image, rows, size_bytes: bytes.len() })
     }
@@ -62,7 +60,7 @@ impl WordImage {
     }
 
     fn info(&self) -> ImageInfo {
-        ImageInfo::new(FORMAT, ROW_TEXELS, self.rows)
+        ImageInfo::new(FORMAT, WORD_ROW_TEXELS, self.rows)
     }
 
     /// The bytes as uploaded; waits.
@@ -76,7 +74,7 @@ impl WordImage {
 
 /// Rows that so many bytes take, at least one.
 fn rows(name: &str, size_bytes: usize, most: u32) -> Result<u32> {
-    let row_bytes = ROW_TEXELS as usize * TEXEL_BYTES;
+    let row_bytes = WORD_ROW_TEXELS as usize * TEXEL_BYTES;
     let rows = size_bytes.div_ceil(row_bytes).max(1);
     if rows > most as usize {
         let mib = |bytes: usize| bytes >> 20;

@@ -16,45 +16,17 @@ use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::triangle::Triangle;
 
 use super::Scene;
-
-/// Set in [`BvhTriangle::flags`] where the material is alpha-masked.
-pub const FLAG_ALPHA_MASKED: u32 = 1;
+use crate::shared::TRIANGLE_ALPHA_MASKED;
+pub use crate::shared::{BvhNode, BvhTriangle, MAX_WIDE_DEPTH};
 
 /// No binary tree is deeper, so a traversal that descends to one child and stacks the other needs at most 63 slots.
 pub const MAX_DEPTH: u32 = 64;
-
-/// No eight-wide tree is deeper: a traversal stacks at most one group of siblings per level (`STACK_SIZE` in the
-/// shaders).
-pub const MAX_WIDE_DEPTH: u32 = 32;
 
 /// Most triangles in a leaf; the eight-wide node has room for three.
 const LEAF_TRIANGLES: u32 = 3;
 
 /// More triangles than this around one and the same point are not clustered.
 const MAX_COINCIDENT_TRIANGLES: u32 = 4096;
-
-/// One node of the eight-wide tree as obvhs makes it, 80 bytes, node 0 the root (Ylitie et al. 2017; here with the
-/// children's lower and upper planes side by side per axis). Bytes of a word are read from the lowest.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct BvhNode {
-    /// Origin of the children's quantised planes.
-    pub origin: [f32; 3],
-    /// Three bytes: biased exponents of the planes' unit per axis; a byte: which children are inner nodes.
-    pub exponents_and_inner: u32,
-    /// The first inner child; the others follow.
-    pub first_child: u32,
-    /// The first triangle of the leaves.
-    pub first_triangle: u32,
-    /// A byte per child: 0 for none; inner `001` and 24 + slot; leaf: triangles in unary, offset of the first.
-    pub meta: [u32; 2],
-    /// Lower x of eight children, then upper x.
-    pub x: [u32; 4],
-    /// The same for y.
-    pub y: [u32; 4],
-    /// The same for z.
-    pub z: [u32; 4],
-}
 
 /// One node of the binary tree, node 0 the root.
 #[repr(C)]
@@ -69,27 +41,6 @@ pub struct BinaryNode {
     /// Leaf: the first triangle. Inner node: the left child, the right one being the next node.
     pub first_index: u32,
 }
-
-/// One triangle in the order of the tree, 48 bytes:
-/// `vec3 v0`, `uint triangle_index`, `vec3 edge1`, `uint material`, `vec3 edge2`, `uint flags`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct BvhTriangle {
-    /// First corner, world space.
-    pub v0: [f32; 3],
-    /// Triangle of the scene: its corners are `indices[3 * triangle_index ..]`.
-    pub triangle_index: u32,
-    /// Second corner minus first.
-    pub edge1: [f32; 3],
-    /// Index into the scene's materials.
-    pub material: u32,
-    /// Third corner minus first.
-    pub edge2: [f32; 3],
-    /// [`FLAG_ALPHA_MASKED`] or 0.
-    pub flags: u32,
-}
-
-const _: () = assert!(size_of::<BvhNode>() == 80 && size_of::<BvhTriangle>() == 48);
 
 /// A binary BVH over all triangles of a scene.
 pub struct BinaryBvh {
@@ -256,7 +207,7 @@ fn ordered(scene: &Scene, order: &[u32]) -> Vec<BvhTriangle> {
         let [a, b, c] = [0, 1, 2].map(|k| position(scene.indices[3 * t + k]));
         let material = scene.triangle_materials[t];
         let masked = scene.materials[material as usize].alpha_cutoff.is_some();
-        let flags = if masked { FLAG_ALPHA_MASKED } else { 0 };
+        let flags = if masked { TRIANGLE_ALPHA_MASKED } else { 0 };
         BvhTriangle { triangle_index: *triangle_index, material, flags, ..BvhTriangle::new([a, b, c]) }
     };
     order.iter().map(triangle).collect()

@@ -132,7 +132,7 @@ fn masked_materials_are_flagged() {
     let mut scene = plane(1.0);
     assert_eq!(build_binary(&scene).triangles[0].flags, 0);
     scene.materials[0].alpha_cutoff = Some(0.5);
-    assert_eq!(build_binary(&scene).triangles[1].flags, FLAG_ALPHA_MASKED);
+    assert_eq!(build_binary(&scene).triangles[1].flags, TRIANGLE_ALPHA_MASKED);
 }
 
 /// Checks an eight-wide tree: every triangle in one leaf, and inside the boxes of all that contain it.

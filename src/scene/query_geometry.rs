@@ -1,7 +1,7 @@
 //! The triangles of a scene as an acceleration structure takes them: those that let nothing through first.
 
 use super::Scene;
-use super::bvh::{BvhTriangle, FLAG_ALPHA_MASKED};
+use crate::shared::{BvhTriangle, TRIANGLE_ALPHA_MASKED};
 
 /// Triangles in two groups, opaque and alpha-masked.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,7 +16,7 @@ impl QueryGeometry {
     /// Groups the BVH's triangles.
     #[must_use]
     pub fn new(scene: &Scene, triangles: &[BvhTriangle]) -> Self {
-        let is_masked = |i: &u32| triangles[*i as usize].flags & FLAG_ALPHA_MASKED != 0;
+        let is_masked = |i: &u32| triangles[*i as usize].flags & TRIANGLE_ALPHA_MASKED != 0;
         let all = 0..triangles.len() as u32;
         let opaque = all.clone().filter(|i| !is_masked(i));
         let masked = all.filter(is_masked);
@@ -57,7 +57,7 @@ mod tests {
     fn opaque_triangles_come_first_and_keep_their_corners() {
         let scene = box_room(1.0, Vec3::ONE);
         let mut triangles = bvh::build(&scene).triangles;
-        triangles[1].flags = FLAG_ALPHA_MASKED;
+        triangles[1].flags = TRIANGLE_ALPHA_MASKED;
         let geometry = QueryGeometry::new(&scene, &triangles);
         let count = triangles.len() as u32;
         assert_eq!((geometry.opaque_count(), geometry.masked_count()), (count - 1, 1));

@@ -3,9 +3,11 @@
 
 use std::fmt::Write as _;
 
+mod bvh;
 mod structs;
 mod table;
 
+pub use bvh::{ALL as TEXEL_STRUCTS, BvhNode, BvhTriangle};
 pub use structs::{
     ALL as STRUCTS, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample,
     LEVEL_ROWS, PunctualLight,
@@ -13,10 +15,13 @@ pub use structs::{
 
 pub use table::{FieldInfo, FieldKind, SharedStruct, StructInfo};
 
-/// The text of the generated include `shared/<name>.glsl`: the struct's declaration. `None` where there is no such struct.
+/// The text of the generated include `shared/<name>.glsl`: the struct's declaration, and for those that are read as texels
+/// how they are put together. `None` where there is no such struct.
 #[must_use]
 pub fn glsl_struct(name: &str) -> Option<String> {
-    STRUCTS.iter().find(|info| info.name == name).map(StructInfo::glsl)
+    let named = |list: &'static [StructInfo]| list.iter().find(|info| info.name == name);
+    let from_texels = |info: &StructInfo| info.glsl() + &info.glsl_from_texels();
+    named(STRUCTS).map(StructInfo::glsl).or_else(|| named(TEXEL_STRUCTS).map(from_texels))
 }
 
 macro_rules! shared_constants {
@@ -92,6 +97,12 @@ shared_constants! {
     SAMPLE_VISIBLE = 2;
     /// A shadow sample with something before its light.
     SAMPLE_BLOCKED = 3;
+    /// Texels in a row of the images that hold BVH nodes and triangles: the edge that every device's images can have.
+    WORD_ROW_TEXELS = 4096;
+    /// No eight-wide BVH is deeper: a traversal stacks at most one group of siblings for each level.
+    MAX_WIDE_DEPTH = 32;
+    /// Flag of a `BvhTriangle` whose material is alpha-masked.
+    TRIANGLE_ALPHA_MASKED = 1;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

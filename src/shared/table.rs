@@ -36,6 +36,31 @@ impl FieldInfo {
     pub fn is_padding(&self) -> bool {
         self.name == "padding"
     }
+
+    /// In GLSL, its value among the texels of the struct `of`.
+    fn glsl_in_texel(&self, of: &str) -> String {
+        let Self { name, offset_bytes, kind, shape, array_length, .. } = self;
+        let words = shape.iter().product::<usize>();
+        let (texel, first) = (offset_bytes / TEXEL_BYTES, offset_bytes % TEXEL_BYTES / 4);
+        assert!(array_length.is_none() && first + words <= 4, "{name} of {of} does not lie in one texel");
+        let value = format!("texel{texel}.{}", &"xyzw"[first..first + words]);
+        if *kind == FieldKind::Float { format!("uintBitsToFloat({value})") } else { value }
+    }
+}
+
+/// A texel of four words.
+const TEXEL_BYTES: usize = 16;
+
+/// `BvhNode` as `bvh_node`.
+fn snake_case(name: &str) -> String {
+    let mut snake = String::new();
+    for (i, c) in name.char_indices() {
+        if c.is_uppercase() && i > 0 {
+            snake.push('_');
+        }
+        snake.extend(c.to_lowercase());
+    }
+    snake
 }
 
 /// A struct that shaders read.
@@ -54,6 +79,26 @@ impl StructInfo {
     #[must_use]
     pub fn field(&self, name: &str) -> Option<&'static FieldInfo> {
         self.fields.iter().find(|field| field.name == name)
+    }
+
+    /// In GLSL, how many texels of four words it takes, and the function that puts it together from their words.
+    ///
+    /// # Panics
+    /// When a field lies in two texels, or the last texel is not full.
+    #[must_use]
+    pub(super) fn glsl_from_texels(&self) -> String {
+        let Self { name, size_bytes, .. } = self;
+        assert!(size_bytes % TEXEL_BYTES == 0, "{name} does not fill its texels");
+        let texels = size_bytes / TEXEL_BYTES;
+        let snake = snake_case(name);
+        let parameters: Vec<String> = (0..texels).map(|i| format!("uvec4 texel{i}")).collect();
+        let values: Vec<String> = self.fields.iter().map(|field| field.glsl_in_texel(name)).collect();
+        format!(
+            "const uint {}_TEXELS = {texels}u;\n{name} {snake}_from_texels({}) {{\n    return {name}({});\n}}\n",
+            snake.to_uppercase(),
+            parameters.join(", "),
+            values.join(", ")
+        )
     }
 
     /// Its declaration in GLSL.
@@ -104,6 +149,7 @@ field_types! {
     [[f32; 4]; 4] => "mat4", Float, [4, 4];
     u32 => "uint", Uint, [];
     [u32; 2] => "uvec2", Uint, [2];
+    [u32; 4] => "uvec4", Uint, [4];
 }
 
 impl<const N: usize> FieldType for [[u32; 4]; N] {
@@ -120,7 +166,7 @@ impl<T: SharedStruct, const N: usize> FieldType for [T; N] {
     const SHAPE: &'static [usize] = &[];
 }
 
-/// Declares structs that shaders read, and [`structs::ALL`](super::structs::ALL). The name in GLSL follows the one in Rust.
+/// Declares structs that shaders read, and `ALL` of them. The name in GLSL follows the one in Rust.
 macro_rules! shared_structs {
     ($(
         $(#[$doc:meta])*
@@ -152,8 +198,44 @@ macro_rules! shared_structs {
             }
         )*
 
-        /// Every struct that shaders read.
+        /// Every struct that is declared here.
         pub const ALL: &[StructInfo] = &[$($type::INFO),*];
     };
 }
 pub(super) use shared_structs;
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BvhTriangle, glsl_struct};
+    use super::*;
+
+    #[test]
+    fn a_struct_is_put_together_from_texels() {
+        let text = glsl_struct("BvhTriangle").unwrap();
+        assert!(text.contains("const uint BVH_TRIANGLE_TEXELS = 3u;\n"), "{text}");
+        let function = "BvhTriangle bvh_triangle_from_texels(uvec4 texel0, uvec4 texel1, uvec4 texel2) {\n    \
+                        return BvhTriangle(uintBitsToFloat(texel0.xyz), texel0.w, uintBitsToFloat(texel1.xyz), \
+                        texel1.w, uintBitsToFloat(texel2.xyz), texel2.w);\n}\n";
+        assert!(text.contains(function), "{text}");
+        assert!(glsl_struct("BvhNode").unwrap().contains("texel1.x, texel1.y, texel1.zw, texel2.xyzw"));
+    }
+
+    /// A triangle whose field `index` begins elsewhere.
+    fn moved(index: usize, offset_bytes: usize) -> StructInfo {
+        let mut fields = BvhTriangle::INFO.fields.to_vec();
+        fields[index].offset_bytes = offset_bytes;
+        StructInfo { fields: fields.leak(), ..BvhTriangle::INFO }
+    }
+
+    #[test]
+    #[should_panic(expected = "edge1 of BvhTriangle does not lie in one texel")]
+    fn a_field_in_two_texels_is_noticed() {
+        let _ = moved(2, 8).glsl_from_texels();
+    }
+
+    #[test]
+    #[should_panic(expected = "BvhTriangle does not fill its texels")]
+    fn a_texel_that_is_not_full_is_noticed() {
+        let _ = StructInfo { size_bytes: 40, ..BvhTriangle::INFO }.glsl_from_texels();
+    }
+}

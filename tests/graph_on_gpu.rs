@@ -4,9 +4,9 @@ mod common;
 
 use ash::vk::Format;
 use common::gpu;
-use common::rooms::furnished_room;
+use common::rooms::{add_quad, furnished_room};
 use glam::Vec3;
-use gridlight::gpu::{Executor, ScenePart, TransferOp, Work};
+use gridlight::gpu::{ComputeWork, Executor, ScenePart, TransferOp, Work};
 use gridlight::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass};
 use gridlight::passes::{shader, threads};
 use gridlight::renderer::{Job, Renderer, UploadedScene};
@@ -199,4 +199,53 @@ fn any_number_of_lights_is_updated_and_more_than_there_are_is_an_error() {
     lights.push(lights[0]);
     let error = renderer.update_lights(&lights).expect_err("there is no room for one more");
     assert!(error.to_string().contains("160064 bytes of lights do not fit into the scene's 160000"), "{error}");
+}
+
+/// Texels of the BVH that a test writes: more than a row of them.
+const WRITTEN_TEXELS: u32 = 4200;
+
+fn over_texels(name: &str) -> Work {
+    Work::Compute(ComputeWork { push: vec![WRITTEN_TEXELS], ..shader(name, threads(WRITTEN_TEXELS)) })
+}
+
+/// A pass that copies the first texels of an image of words into the buffer that it declares.
+fn add_reader(graph: &mut Graph<Work>, words: ImageHandle) -> BufferHandle {
+    let seen = graph.persistent_buffer("seen", 16 * u64::from(WRITTEN_TEXELS));
+    let pass = Pass::new("read_words", over_texels("tests/read_words"))
+        .bind("words", words, Access::ComputeSampled)
+        .bind("seen", seen, Access::ComputeWrite);
+    graph.add_pass(pass);
+    seen
+}
+
+#[test]
+fn a_pass_that_writes_the_bvh_is_seen_by_the_next_pass_and_by_other_graphs() {
+    let gpu = gpu();
+    // Rows of quads, until the nodes and the triangles each have more than a row of texels.
+    let mut scene = furnished_room();
+    for i in 0..10_000_u32 {
+        let corner = Vec3::new((i % 100) as f32, (i / 100) as f32, 2.0);
+        add_quad(&mut scene, [corner, corner + Vec3::X, corner + Vec3::X + Vec3::Y, corner + Vec3::Y]);
+    }
+    let uploaded = UploadedScene::new(&gpu.gpu, &scene).unwrap();
+    let expected: Vec<u32> = (0..4 * WRITTEN_TEXELS).collect();
+    for part in [ScenePart::Nodes, ScenePart::Triangles] {
+        let run = |add_passes: &dyn Fn(&mut Graph<Work>, ImageHandle) -> BufferHandle| {
+            let mut graph = Graph::new();
+            let words = graph.imported_image(part.name(), Format::R32G32B32A32_UINT);
+            let seen = add_passes(&mut graph, words);
+            let mut executor = Executor::new(&gpu.gpu, graph, Some(uploaded.set().clone())).unwrap();
+            let ticket = executor.submit(&[]).unwrap();
+            executor.wait(ticket).unwrap();
+            bytemuck::pod_collect_to_vec::<u8, u32>(&executor.read_buffer(seen).unwrap())
+        };
+        assert!(run(&add_reader) != expected, "{part:?} is as uploaded");
+        let write_and_read = |graph: &mut Graph<Work>, words| {
+            let pass = Pass::new("write_words", over_texels("tests/write_words"));
+            graph.add_pass(pass.bind("words", words, Access::ComputeWrite));
+            add_reader(graph, words)
+        };
+        assert!(run(&write_and_read) == expected, "the next pass reads what has been written to {part:?}");
+        assert!(run(&add_reader) == expected, "another graph reads what has been written to {part:?}");
+    }
 }

@@ -33,8 +33,8 @@ pub struct TextureInfo {
     pub layers: u32,
     /// Whether the view is an array view.
     pub array: bool,
-    /// Whether it is read back for a dump.
-    pub read_back: bool,
+    /// Usage besides being uploaded and sampled.
+    pub other_usage: vk::ImageUsageFlags,
 }
 
 impl Image {
@@ -43,7 +43,6 @@ impl Image {
     /// # Errors
     /// [`Error::Memory`] when there is no memory for it.
     pub fn texture(gpu: &Arc<Device>, name: &str, info: TextureInfo) -> Result<Self> {
-        let read_back = if info.read_back { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(info.format)
@@ -52,7 +51,7 @@ impl Image {
             .array_layers(info.layers)
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
-            .usage(vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::SAMPLED | read_back);
+            .usage(vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::SAMPLED | info.other_usage);
         // SAFETY: valid create info within the device's limits; destroyed in `drop`.
         let raw = check(name, unsafe { gpu.device.create_image(&create, None) })?;
         gpu.set_name(raw, name);

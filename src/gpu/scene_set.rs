@@ -267,7 +267,7 @@ fn upload_textures(gpu: &Arc<Device>, data: &SceneData<'_>) -> Result<Vec<Image>
         mips: 1,
         layers: data.albedo_layers.len() as u32,
         array: true,
-        read_back: false,
+        other_usage: vk::ImageUsageFlags::empty(),
     };
     let array = Image::texture(gpu, "albedo array", info)?;
     let layers: Vec<_> = data
@@ -295,8 +295,15 @@ fn upload_mips(gpu: &Arc<Device>, name: &str, format: vk::Format, mips: &MipChai
             "{name} is {width_px}x{height_px}, this device's images end at {limit}x{limit}"
         )));
     }
-    let info =
-        TextureInfo { format, width_px, height_px, mips: mips.len() as u32, layers: 1, array: false, read_back: false };
+    let info = TextureInfo {
+        format,
+        width_px,
+        height_px,
+        mips: mips.len() as u32,
+        layers: 1,
+        array: false,
+        other_usage: vk::ImageUsageFlags::empty(),
+    };
     let image = Image::texture(gpu, name, info)?;
     let parts: Vec<_> = mips
         .iter()

@@ -40,7 +40,8 @@ impl WordImage {
             mips: 1,
             layers: 1,
             array: false,
-            read_back: true,
+            // Read back for dumps, and written by passes; every device can store this format.
+            other_usage: vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::STORAGE,
         };
         let image = Image::texture(gpu, name, info)?;
         let mut texels = bytes.to_vec();

@@ -3,10 +3,10 @@
 mod common;
 
 use common::rooms::furnished_room;
-use gridlight::gpu::{TransferOp, Work};
-use gridlight::graph::{Graph, Plan};
+use gridlight::gpu::{ScenePart, TransferOp, Work};
+use gridlight::graph::{Barrier, BufferHandle, Graph, Plan};
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::settings::{LightingMode, Settings, Size};
+use gridlight::settings::{LightingMode, Settings, Size, Technique};
 
 /// Barrier batches that the default frame may have.
 const MOST_BATCHES: usize = 40;
@@ -59,4 +59,33 @@ fn buffers_of_the_size_of_the_picture_are_cleared_where_they_are_used() {
         assert!(plan.batch_count() <= MOST_BATCHES, "{} batches", plan.batch_count());
         assert_eq!(fills(graph).0, 2);
     });
+}
+
+/// Barriers of one resource, and batches that have nothing else in them.
+fn cost_of(resource: BufferHandle, plan: &Plan) -> (usize, usize) {
+    let is_its = |barrier: &Barrier| barrier.resource == resource.into();
+    let batches = plan.passes.iter().map(|pass| (&pass.barriers, pass.takeover.is_some()));
+    let batches: Vec<_> = batches.chain([(&plan.release, false)]).collect();
+    let barriers = batches.iter().flat_map(|(barriers, _)| *barriers).filter(|barrier| is_its(barrier)).count();
+    let own = |(barriers, takeover): &&(&Vec<Barrier>, bool)| {
+        !takeover && !barriers.is_empty() && barriers.iter().all(is_its)
+    };
+    (barriers, batches.iter().filter(own).count())
+}
+
+/// Lights that the host changes are written by `frame_setup`, whose batches every frame has anyway.
+#[test]
+fn lights_that_may_change_cost_no_batch() {
+    for technique in [Technique::Lgh, Technique::Direct, Technique::BruteForce, Technique::PathTrace] {
+        with_frame(&settings().changed(|s| s.render.technique = technique), |graph, plan| {
+            let lights = graph.buffer_named(ScenePart::Lights.name()).expect("the scene's lights");
+            let (barriers, batches) = cost_of(lights, plan);
+            println!("{technique:?}: {barriers} of {} barriers, {batches} batches", plan.barrier_count());
+            assert!(barriers > 0, "{technique:?}: their readers wait for the write");
+            assert_eq!(batches, 0, "{technique:?}");
+            let mut apart = plan.clone();
+            apart.release.extend(plan.passes.iter().flat_map(|p| &p.barriers).filter(|b| b.resource == lights.into()));
+            assert_eq!(cost_of(lights, &apart).1, 1, "{technique:?}: a batch of their own is noticed");
+        });
+    }
 }

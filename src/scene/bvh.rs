@@ -10,9 +10,10 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::bvh2::node::Bvh2Node;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::ploc::PlocBuilder;
 use obvhs::triangle::Triangle;
 
 use super::Scene;
@@ -139,11 +140,8 @@ pub fn build(scene: &Scene) -> SceneBvh {
     let start = Instant::now();
     let corners = corners(scene);
     let balanced = || balanced_wide(scene, corners.len() as u32);
-    let mut bvh = if most_coincident(&corners) > MAX_COINCIDENT_TRIANGLES {
-        balanced()
-    } else {
-        build_cwbvh_from_tris(&corners, params(), &mut Duration::default())
-    };
+    let mut bvh =
+        if most_coincident(&corners) > MAX_COINCIDENT_TRIANGLES { balanced() } else { clustered_wide(&corners) };
     let mut nodes = wide_nodes(&bvh);
     if wide_depth(&nodes) > MAX_WIDE_DEPTH {
         bvh = balanced();
@@ -151,6 +149,22 @@ pub fn build(scene: &Scene) -> SceneBvh {
     }
     let triangles = ordered(scene, &bvh.primitive_indices);
     SceneBvh { depth: wide_depth(&nodes), nodes, triangles, build_ms: milliseconds(start) }
+}
+
+/// The eight-wide tree by clustering: the steps of obvhs's `build_cwbvh_from_tris` without its check, which in builds with
+/// debug assertions panics on a tree as deep as coinciding triangles make it. [`build`] looks at the depth itself.
+fn clustered_wide(corners: &[Triangle]) -> CwBvh {
+    let params = params();
+    let order = (0..corners.len() as u32).collect();
+    let mut binary = PlocBuilder::with_capacity(corners.len()).build(
+        params.ploc_search_distance,
+        corners,
+        order,
+        params.sort_precision,
+        params.search_depth_threshold,
+    );
+    ReinsertionOptimizer::default().run(&mut binary, params.reinsertion_batch_ratio, None);
+    bvh2_to_cwbvh(&binary, params.max_prims_per_leaf, true, false)
 }
 
 /// The eight-wide form of the balanced tree over the triangles in the scene's order.

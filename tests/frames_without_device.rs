@@ -2,11 +2,13 @@
 
 mod common;
 
+use std::collections::BTreeSet;
+
 use clap::ValueEnum;
 use common::hierarchy::{Options, frame_shape, shape};
 use gridlight::frame;
-use gridlight::gpu::check_interfaces;
-use gridlight::graph::plan;
+use gridlight::gpu::{Work, check_interfaces};
+use gridlight::graph::{Graph, plan};
 use gridlight::passes::FrameShape;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::present::{self, Part, WindowFormat};
@@ -18,15 +20,21 @@ use gridlight::techniques::direct::Direct;
 use gridlight::techniques::path_trace::PathTraceShape;
 use gridlight::techniques::{Shapes, TechniqueShape};
 
-fn check(frame: &FrameShape, technique: &dyn TechniqueShape) {
+/// A frame, in a window where it has a picture of its own to show there.
+fn build(frame: &FrameShape, technique: &dyn TechniqueShape) -> Graph<Work> {
     let shapes = Shapes { frame: frame.clone(), technique: technique.boxed() };
     let (mut graph, outputs) = frame::build(&shapes);
     if frame.view == View::Final {
         let window = WindowFormat { format: ash::vk::Format::B8G8R8A8_UNORM, driver_encodes: false };
         present::add(&mut graph, outputs.tone_mapped.picture, window, Part::Whole);
     }
-    plan(&graph).unwrap_or_else(|error| panic!("{shapes:?}: {error}"));
-    check_interfaces(&graph).unwrap_or_else(|error| panic!("{shapes:?}: {error}"));
+    graph
+}
+
+fn check(frame: &FrameShape, technique: &dyn TechniqueShape) {
+    let graph = build(frame, technique);
+    plan(&graph).unwrap_or_else(|error| panic!("{frame:?}, {technique:?}: {error}"));
+    check_interfaces(&graph).unwrap_or_else(|error| panic!("{frame:?}, {technique:?}: {error}"));
 }
 
 fn hierarchy(build: LevelBuild, interleave: u32, first_level: u32) -> LghShape {
@@ -85,4 +93,37 @@ fn every_view_fits_its_shaders() {
             check(&frame, &shape);
         }
     }
+}
+
+/// Names of passes without their steps, of frames with every technique and mode.
+fn names_of_passes() -> BTreeSet<String> {
+    let frame = FrameShape { inspect: true, accumulate: true, ..frame_shape() };
+    let view = FrameShape { view: View::Normal, ..frame_shape() };
+    let mut graphs: Vec<_> = hierarchies().iter().map(|shape| build(&frame, shape)).collect();
+    graphs.push(build(&frame, &BruteForceShape(hierarchy(LevelBuild::Cascade, 1, 1).lights)));
+    graphs.push(build(&frame, &PathTraceShape { samples: 4 }));
+    graphs.push(build(&view, &Direct));
+    let names = graphs.iter().flat_map(|graph| graph.passes()).map(|pass| pass.name.split('/').next().unwrap());
+    names.map(str::to_owned).collect()
+}
+
+/// Passes that README or the page about porting does not have.
+fn missing_on_pages(names: &BTreeSet<String>) -> Vec<&str> {
+    let readme = include_str!("../README.md");
+    let headings: Vec<&str> =
+        include_str!("../docs/porting.md").lines().filter(|line| line.starts_with("### ")).collect();
+    let is_missing = |name: &str| {
+        let name = format!("`{name}`");
+        !readme.contains(&name) || !headings.iter().any(|heading| heading.contains(&name))
+    };
+    names.iter().map(String::as_str).filter(|name| is_missing(name)).collect()
+}
+
+#[test]
+fn every_pass_is_in_the_readme_and_on_the_page_about_porting() {
+    let mut names = names_of_passes();
+    assert!(names.contains("light_gather") && names.contains("debug_view") && names.len() > 20, "{names:?}");
+    assert_eq!(missing_on_pages(&names), [""; 0]);
+    names.insert("nowhere".to_owned());
+    assert_eq!(missing_on_pages(&names), ["nowhere"]);
 }

@@ -9,6 +9,7 @@ use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::check;
+use super::diagnostics::{self, Diagnostics};
 use super::features::{self, DeviceReport, OptionalFeatures};
 use super::instance::{Instance, Messages};
 use crate::error::{Error, Result};
@@ -52,6 +53,7 @@ pub struct Device {
     pub(super) debug: Option<ext::debug_utils::Device>,
     /// Functions of acceleration structures, where there are ray queries.
     pub(super) acceleration: Option<khr::acceleration_structure::Device>,
+    pub(super) diagnostics: Diagnostics,
     /// Shared with the painter of the window's panel.
     pub(super) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     report: DeviceReport,
@@ -79,6 +81,7 @@ impl Device {
         let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
         let ray_query = report.optional.ray_query;
         let acceleration = ray_query.then(|| khr::acceleration_structure::Device::new(&instance.raw, &device));
+        let diagnostics = Diagnostics::new(&instance, &device, report.optional);
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: device.clone(),
@@ -90,7 +93,18 @@ impl Device {
         .map_err(|e| Error::Memory { name: "the allocator".to_owned(), reason: e.to_string() })?;
         log::info!("device: {} ({})", report.name, report.driver);
         let allocator = ManuallyDrop::new(Arc::new(Mutex::new(allocator)));
-        Ok(Arc::new(Self { device, queue, queue_family, debug, acceleration, allocator, report, physical, instance }))
+        Ok(Arc::new(Self {
+            device,
+            queue,
+            queue_family,
+            debug,
+            acceleration,
+            diagnostics,
+            allocator,
+            report,
+            physical,
+            instance,
+        }))
     }
 
     /// What the device is and offers.
@@ -275,6 +289,11 @@ fn create_device(
     if optional.ray_query {
         extensions.extend(features::RAY_QUERY_EXTENSIONS.map(std::ffi::CStr::as_ptr));
         features = features.push_next(&mut structure).push_next(&mut query);
+    }
+    extensions.extend(diagnostics::extensions(optional).map(CStr::as_ptr));
+    let mut fault = vk::PhysicalDeviceFaultFeaturesEXT::default().device_fault(true);
+    if optional.device_fault {
+        features = features.push_next(&mut fault);
     }
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)

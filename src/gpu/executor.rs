@@ -11,7 +11,7 @@ use super::check;
 use super::compiled::CompiledFrame;
 use super::context::Gpu;
 use super::device::Device;
-use super::markers;
+use super::loss::{self, MarkerScheme};
 use super::resources::MemoryUse;
 use super::runner::{self, Given, OnStep, Policy, Ran};
 use super::scene_set::SceneSet;
@@ -41,7 +41,8 @@ pub struct FrameResult {
     pub readback: Vec<u8>,
     /// Submissions that the frame was given to the device in.
     pub submissions: u32,
-    /// Crash markers that it has written: one for each batch of barriers.
+    /// Words of crash markers that it has written ([`MarkerScheme`]): one for each batch of barriers, or two for each pass;
+    /// checkpoints have none.
     pub crash_markers: u32,
 }
 
@@ -115,7 +116,8 @@ impl Executor {
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
         };
-        let slot = |_| Slot::new(gpu, command_pool, &executor.frame.plan);
+        let markers = MarkerScheme::of(gpu.features(), executor.planted_loss.is_some());
+        let slot = |_| Slot::new(gpu, command_pool, &executor.frame.plan, markers);
         executor.slots = (0..FRAMES_IN_FLIGHT).map(slot).collect::<Result<_>>()?;
         Ok(executor)
     }
@@ -296,9 +298,20 @@ impl Executor {
     /// Says in which passes the device was lost, where that is what a result says.
     pub(super) fn explain<T>(&self, result: Result<T>) -> Result<T> {
         result.map_err(|error| match error {
-            Error::DeviceLost { .. } => Error::DeviceLost { place: self.place_of_loss() },
+            Error::DeviceLost { .. } => Error::DeviceLost { place: self.report_of_loss() },
             other => other,
         })
+    }
+
+    /// Where the device was lost, and what its driver says of it. Of a device that is only taken for lost it must not be
+    /// asked.
+    fn report_of_loss(&self) -> String {
+        let place = self.place_of_loss();
+        let fault = if self.planted_loss.is_some() { None } else { self.gpu.diagnostics.fault() };
+        match fault.and_then(|fault| fault.sentence()) {
+            Some(sentence) => format!("{place}; {sentence}"),
+            None => place,
+        }
     }
 
     /// Where the newest frame is that has begun.
@@ -307,7 +320,7 @@ impl Executor {
         slots.sort_by_key(|slot| Reverse(slot.stamp.get()));
         let names: Vec<&str> = self.frame.graph.passes().iter().map(|pass| pass.name.as_str()).collect();
         let begun = slots.iter().find_map(|slot| slot.markers.suspects(slot.stamp.get()));
-        markers::place(&names, begun.unwrap_or(0..slots.first().map_or(0, |slot| slot.markers.first_group())))
+        loss::place(&names, begun.unwrap_or(0..slots.first().map_or(0, |slot| slot.markers.first_marked())))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::ffi::CStr;
 
-use ash::{khr, vk};
+use ash::{amd, ext, khr, nv, vk};
 
 use super::instance::Instance;
 use crate::error::Result;
@@ -18,6 +18,12 @@ pub struct OptionalFeatures {
     pub anisotropy: bool,
     /// Acceleration structures and ray queries: `--rays query`. Fallback: the BVH in shaders.
     pub ray_query: bool,
+    /// Words written at any place of a command buffer, for crash markers. Fallback: `checkpoints`.
+    pub buffer_marker: bool,
+    /// Checkpoints that the driver keeps, for crash markers. Fallback: words filled between barriers.
+    pub checkpoints: bool,
+    /// What the driver knows of the fault of a lost device. Fallback: nothing of it is told.
+    pub device_fault: bool,
 }
 
 /// One physical device, described for `--list-gpus` and the timings.
@@ -81,12 +87,15 @@ pub struct Limits {
 impl OptionalFeatures {
     /// Each feature as (name, found, what is used without it).
     #[must_use]
-    pub fn rows(&self) -> [(&'static str, bool, &'static str); 4] {
+    pub fn rows(&self) -> [(&'static str, bool, &'static str); 7] {
         [
             ("64-bit buffer atomics", self.int64_atomics, "--reservoir lock instead of exact"),
             ("rgba32f blending", self.blend_rgba32f, "rgba16f lighting target"),
             ("anisotropic filtering", self.anisotropy, "trilinear filtering"),
             ("ray queries", self.ray_query, "--rays bvh instead of query"),
+            ("AMD buffer markers", self.buffer_marker, "checkpoints or fills as crash markers"),
+            ("NVIDIA checkpoints", self.checkpoints, "fills as crash markers"),
+            ("device fault reports", self.device_fault, "a lost device names its passes only"),
         ]
     }
 }
@@ -95,10 +104,11 @@ impl OptionalFeatures {
 pub(super) const RAY_QUERY_EXTENSIONS: [&CStr; 3] =
     [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
 
-fn has_ray_query_extensions(instance: &Instance, device: vk::PhysicalDevice) -> bool {
+/// Whether a device has all of some extensions.
+fn has_extensions(instance: &Instance, device: vk::PhysicalDevice, names: &[&CStr]) -> bool {
     // SAFETY: `device` comes from this instance.
     let found = unsafe { instance.raw.enumerate_device_extension_properties(device) }.unwrap_or_default();
-    RAY_QUERY_EXTENSIONS.iter().all(|name| found.iter().any(|e| e.extension_name_as_c_str() == Ok(*name)))
+    names.iter().all(|name| found.iter().any(|e| e.extension_name_as_c_str() == Ok(*name)))
 }
 
 /// Queue family that can do everything the program needs, with timestamps.
@@ -125,7 +135,7 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
     let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
-    if has_ray_query_extensions(instance, device) {
+    if has_extensions(instance, device, &RAY_QUERY_EXTENSIONS) {
         properties = properties.push_next(&mut structures);
     }
     // SAFETY: `device` comes from this instance; the chain lives on this stack frame.
@@ -201,8 +211,13 @@ fn features(
     let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
     let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
     let mut chain = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
-    if has_ray_query_extensions(instance, device) {
+    let mut fault = vk::PhysicalDeviceFaultFeaturesEXT::default();
+    let has = |names: &[&CStr]| has_extensions(instance, device, names);
+    if has(&RAY_QUERY_EXTENSIONS) {
         chain = chain.push_next(&mut structure).push_next(&mut query);
+    }
+    if has(&[ext::device_fault::NAME]) {
+        chain = chain.push_next(&mut fault);
     }
     // SAFETY: `device` comes from this instance; the chain lives on this stack frame.
     unsafe { instance.raw.get_physical_device_features2(device, &mut chain) };
@@ -227,6 +242,9 @@ fn features(
         blend_rgba32f: rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
         anisotropy: core.sampler_anisotropy == vk::TRUE,
         ray_query: [structure.acceleration_structure, query.ray_query, v12.buffer_device_address] == [vk::TRUE; 3],
+        buffer_marker: has(&[amd::buffer_marker::NAME]),
+        checkpoints: has(&[nv::device_diagnostic_checkpoints::NAME]),
+        device_fault: fault.device_fault == vk::TRUE,
     };
     (missing, optional)
 }

@@ -8,11 +8,13 @@ mod compiled;
 mod context;
 mod descriptors;
 mod device;
+mod diagnostics;
 mod executor;
 mod features;
 mod image;
 mod instance;
 mod interfaces;
+mod loss;
 mod markers;
 #[cfg(feature = "window")]
 mod panel;
@@ -47,6 +49,7 @@ pub use features::{DeviceReport, OptionalFeatures, list_gpus};
 pub use image::Image;
 pub use instance::Instance;
 pub use interfaces::{Fault, InterfaceError, check_interfaces};
+pub use loss::MarkerScheme;
 #[cfg(feature = "window")]
 pub use panel::{PanelPainter, PanelPicture};
 pub use readback::{SceneBytes, Written};

@@ -163,7 +163,7 @@ impl Runner<'_> {
                 (Work::Overlay, Some(shown)) => recorder::record_overlay(frame, commands, index, shown)?,
                 _ => recorder::record_pass(frame, commands, index, self.given.frame_data),
             }
-            self.given.slot.timers.after_pass(commands, index);
+            self.leave(commands, index);
         }
         let shown = policy.shown().filter(|_| is_last);
         let (waits, signals) = shown.map_or_else(Default::default, |shown| window_semaphores(&frame.graph, shown));
@@ -209,6 +209,13 @@ impl Runner<'_> {
         check("vkQueueSubmit2", Err(vk::Result::ERROR_DEVICE_LOST))
     }
 
+    /// What comes after a pass.
+    fn leave(&self, commands: vk::CommandBuffer, index: usize) {
+        let Slot { timers, markers, stamp, .. } = self.given.slot;
+        timers.after_pass(commands, index);
+        markers.leave(commands, index, stamp.get());
+    }
+
     /// A command buffer that records. The first of a frame has what the frame begins with.
     fn begin(&mut self) -> Result<vk::CommandBuffer> {
         let commands = self.given.slot.commands[self.in_flight];
@@ -220,7 +227,7 @@ impl Runner<'_> {
             self.given.slot.timers.begin(commands);
         }
         if let Some(index) = self.untimed.take() {
-            self.given.slot.timers.after_pass(commands, index);
+            self.leave(commands, index);
         }
         Ok(commands)
     }

@@ -7,6 +7,7 @@ use ash::vk;
 
 use super::check;
 use super::device::Device;
+use super::loss::MarkerScheme;
 use super::markers::Markers;
 use super::timers::Timers;
 use crate::error::Result;
@@ -26,14 +27,14 @@ pub(super) struct Slot {
 
 impl Slot {
     /// For frames of a plan; the pool frees the command buffers.
-    pub fn new(gpu: &Arc<Device>, pool: vk::CommandPool, plan: &Plan) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, pool: vk::CommandPool, plan: &Plan, markers: MarkerScheme) -> Result<Self> {
         let pass_count = plan.passes.len();
         let info =
             vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(pass_count.max(1) as u32);
         // SAFETY: the pool is alive.
         let commands = check("command buffers", unsafe { gpu.device.allocate_command_buffers(&info) })?;
         let timers = Timers::new(gpu, pass_count)?;
-        let markers = Markers::new(gpu, plan)?;
+        let markers = Markers::new(gpu, plan, markers)?;
         Ok(Self { commands, timers, markers, stamp: Cell::new(0), busy_until: 0 })
     }
 }

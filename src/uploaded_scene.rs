@@ -61,6 +61,7 @@ impl UploadedScene {
     pub fn upload(gpu: &Arc<Gpu>, scene: &Scene, ready: &ReadyScene, rays: Rays) -> Result<Self> {
         check_rays(gpu, rays)?;
         let ReadyScene { bvh, prepared } = ready;
+        bvh.check_depth()?;
         let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
         let query = (rays == Rays::Query).then(|| QueryGeometry::new(scene, &bvh.triangles));
         let data = SceneData {

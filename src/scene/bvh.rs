@@ -17,6 +17,7 @@ use obvhs::ploc::PlocBuilder;
 use obvhs::triangle::Triangle;
 
 use super::Scene;
+use crate::error::{Error, Result};
 use crate::shared::TRIANGLE_ALPHA_MASKED;
 pub use crate::shared::{BvhNode, BvhTriangle, MAX_WIDE_DEPTH};
 
@@ -65,6 +66,22 @@ pub struct SceneBvh {
     pub depth: u32,
     /// Wall-clock time of the build in milliseconds.
     pub build_ms: f64,
+}
+
+impl SceneBvh {
+    /// Checks that rays find everything: the traversal in shaders leaves out what its stack has no room for.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] for a tree that is too deep.
+    pub fn check_depth(&self) -> Result<()> {
+        if self.depth <= MAX_WIDE_DEPTH {
+            return Ok(());
+        }
+        Err(Error::Failure(format!(
+            "the scene's BVH has {} levels, and rays can follow it through {MAX_WIDE_DEPTH} at most",
+            self.depth
+        )))
+    }
 }
 
 /// Where a ray meets the scene.

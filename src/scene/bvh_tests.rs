@@ -174,6 +174,16 @@ fn check_wide(bvh: &SceneBvh) {
 }
 
 #[test]
+fn a_tree_too_deep_for_rays_is_an_error() {
+    let mut bvh = build(&soup(20, &mut Random(9)));
+    for (depth, fits) in [(1, true), (MAX_WIDE_DEPTH, true), (MAX_WIDE_DEPTH + 1, false)] {
+        bvh.depth = depth;
+        assert_eq!(bvh.check_depth().is_ok(), fits, "{depth} levels");
+    }
+    assert!(bvh.check_depth().unwrap_err().to_string().contains("33 levels"));
+}
+
+#[test]
 fn the_wide_tree_holds_every_triangle() {
     for count in [1, 2, 3, 300] {
         check_wide(&build(&soup(count, &mut Random(9))));

@@ -5,6 +5,8 @@
 pub struct LightShape {
     /// Light paths.
     pub path_count: u32,
+    /// Whether the VPLs asked for would take more paths than are traced, as most hit nothing.
+    pub lacks_paths: bool,
     /// Most VPLs per path.
     pub bounces: u32,
     /// VPLs that fit into S0.

@@ -183,7 +183,7 @@ impl Renderer {
         &self.shapes
     }
 
-    /// One sentence when the last frame left out something that its buffers have no room for; waits.
+    /// One sentence when the last frame lacks something that was asked for ([`TechniqueShape::complaint`]); waits.
     ///
     /// # Errors
     /// When the device is lost.

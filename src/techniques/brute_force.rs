@@ -87,6 +87,6 @@ impl TechniqueShape for BruteForceShape {
     }
 
     fn complaint(&self, words: &[Vec<u32>]) -> Option<String> {
-        many_lights::complaint(words, [0, 0])
+        many_lights::complaint(&self.0, words, [0, 0])
     }
 }

@@ -63,6 +63,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> LightShape {
     let settings = &job.settings.many_lights;
     LightShape {
         path_count: 0,
+        lacks_paths: false,
         bounces: settings.bounces,
         vpl_capacity: 0,
         scene_light_count: scene_lights(job.scene, job.settings),
@@ -72,7 +73,8 @@ pub(super) fn base_shape(job: &Job<'_>) -> LightShape {
 
 /// Takes over what another shape of the same lights was measured to need.
 pub(super) fn take_measures(shape: &mut LightShape, known: &LightShape) {
-    (shape.path_count, shape.vpl_capacity) = (known.path_count, known.vpl_capacity);
+    (shape.path_count, shape.lacks_paths) = (known.path_count, known.lacks_paths);
+    shape.vpl_capacity = known.vpl_capacity;
 }
 
 /// Whether two settings trace the same lights, where they trace any, and agree in what `also` tells.
@@ -127,6 +129,7 @@ pub(super) fn measure_paths(job: &Job<'_>, shape: &mut LightShape) -> Result<()>
     }
     let slots_that_fit = job.gpu.report().limits.storage_range_bytes as f64 / 16.0;
     let most_paths = (slots_that_fit / bounces).min(vpls * 64.0);
+    shape.lacks_paths = pilot == 0 || paths > most_paths;
     shape.path_count = if pilot == 0 { 1 } else { paths.min(most_paths) as u32 };
     shape.vpl_capacity = shape.slot_count().min((vpls * CAPACITY_MARGIN) as u32 + 1024);
     Ok(())
@@ -166,13 +169,28 @@ pub(super) fn counts(shape: &LightShape, words: &[Vec<u32>]) -> Vec<Count> {
     vec![Count::new("vpls", "virtual point lights", *vpls), Count::new("paths", "light paths", shape.path_count)]
 }
 
-/// A sentence about the VPLs that had no room, and the lights of grids: `grid_lights` are those without and with room.
-pub(super) fn complaint(words: &[Vec<u32>], grid_lights: [u32; 2]) -> Option<String> {
-    let [_, kept_vpls, vpls, ..] = words.first()?[..] else { return None };
+/// A sentence about what of the lights is missing: VPLs that too few paths left, VPLs and lights of grids that had no room.
+/// `grid_lights` are those without and with room.
+pub(super) fn complaint(shape: &LightShape, words: &[Vec<u32>], grid_lights: [u32; 2]) -> Option<String> {
+    let [_, kept_vpls, lost_vpls, ..] = words.first()?[..] else { return None };
+    let few_paths = shape.lacks_paths.then(|| {
+        let vpls = u64::from(kept_vpls) + u64::from(lost_vpls);
+        format!(
+            "hardly any light path hits the scene: {} were traced and left {vpls} virtual point lights, fewer than --vpls \
+             asks for",
+            shape.path_count
+        )
+    });
+    let parts: Vec<String> = few_paths.into_iter().chain(no_room([lost_vpls, kept_vpls], grid_lights)).collect();
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// Where VPLs or lights of grids, each without and with room, had none.
+fn no_room(vpls: [u32; 2], grid_lights: [u32; 2]) -> Option<String> {
     let part = |[lost, kept]: [u32; 2], what: &str| {
         (lost > 0).then(|| format!("{lost} of {} {what}", u64::from(lost) + u64::from(kept)))
     };
-    let parts = [part([vpls, kept_vpls], "virtual point lights"), part(grid_lights, "grid lights")];
+    let parts = [part(vpls, "virtual point lights"), part(grid_lights, "grid lights")];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     (!parts.is_empty()).then(|| {
         format!(

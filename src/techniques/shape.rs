@@ -39,7 +39,7 @@ pub trait TechniqueShape: AnyShape + Debug + Send + Sync {
         Vec::new()
     }
 
-    /// One sentence when a frame left out something that its buffers have no room for.
+    /// One sentence when a frame lacks something: lights that its buffers have no room for, or that could not be made.
     fn complaint(&self, _words: &[Vec<u32>]) -> Option<String> {
         None
     }

@@ -150,6 +150,7 @@ pub fn shape(options: Options) -> LghShape {
     LghShape {
         lights: LightShape {
             path_count: 0,
+            lacks_paths: false,
             bounces: 0,
             vpl_capacity: options.light_capacity,
             scene_light_count: 0,

@@ -25,8 +25,14 @@ fn frame_shape() -> FrameShape {
     }
 }
 
-const LIGHTS: LightShape =
-    LightShape { path_count: 8, bounces: 3, vpl_capacity: 24, scene_light_count: 1, shadow_samples: 4 };
+const LIGHTS: LightShape = LightShape {
+    path_count: 8,
+    lacks_paths: false,
+    bounces: 3,
+    vpl_capacity: 24,
+    scene_light_count: 1,
+    shadow_samples: 4,
+};
 
 fn lgh() -> LghShape {
     LghShape {

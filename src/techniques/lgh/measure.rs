@@ -86,9 +86,6 @@ pub(super) fn take_measures(shape: &mut LghShape, known: &LghShape) {
 pub(super) fn measure(job: &Job<'_>, shape: &mut LghShape) -> Result<()> {
     many_lights::measure_paths(job, &mut shape.lights)?;
     let positions = many_lights::trace(job, &shape.lights)?;
-    if positions.is_empty() {
-        log::warn!("no light reaches the scene: there is no indirect light");
-    }
     let fixed = match job.settings.lgh.levels {
         settings::Levels::Auto => None,
         settings::Levels::Fixed(top) => Some(top),
@@ -103,6 +100,17 @@ pub(super) fn measure(job: &Job<'_>, shape: &mut LghShape) -> Result<()> {
     check_hierarchy(job, shape)?;
     log::info!("{} lights, {} levels, {s1_count} lights in S1", positions.len(), top);
     Ok(())
+}
+
+/// The first level with shadow rays must be there; where the number of levels is chosen, only now it is known.
+pub(super) fn check_shadow_levels(job: &Job<'_>, shape: &LghShape) -> Result<()> {
+    let (from, top) = (job.settings.lgh.shadow_from, shape.levels.top);
+    if shape.lights.shadow_samples == 0 || from <= top {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "shadow-from {from} lies above the top level, which is {top} for these lights: give at most {top}"
+    )))
 }
 
 /// How lights are summed into S1 when `most_in_cell` of them share a cell.

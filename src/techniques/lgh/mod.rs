@@ -79,6 +79,9 @@ impl Technique for Lgh {
         } else if many_lights::needs_lights(job.settings.render.view) {
             measure::measure(job, &mut shape)?;
         }
+        if many_lights::needs_lights(job.settings.render.view) {
+            measure::check_shadow_levels(job, &shape)?;
+        }
         Ok(Box::new(shape))
     }
 
@@ -127,7 +130,7 @@ impl TechniqueShape for LghShape {
 
     fn complaint(&self, words: &[Vec<u32>]) -> Option<String> {
         let (lost, levels) = words.get(1).and_then(|table| table.split_last()).unwrap_or((&0, &[]));
-        many_lights::complaint(words, [*lost, levels.iter().skip(1).step_by(2).sum()])
+        many_lights::complaint(&self.lights, words, [*lost, levels.iter().skip(1).step_by(2).sum()])
     }
 
     fn counting(&self) -> Option<Box<dyn TechniqueShape>> {

@@ -271,6 +271,7 @@ fn contradictions_and_unknown_options() {
     place.options(2, &["bounces 0"], "--bounces 0");
     place.options(2, &["bounces must be from 0 to 64"], "--bounces 4294967295");
     place.options(2, &["shadow-from 5", "levels"], "--levels 4 --shadow-from 5");
+    place.options(2, &["shadow-from 10", "top level"], "--shadow-from 10");
     place.options(2, &["size 2x2", "interleave 4"], "--size 2x2 --interleave 4");
     place.options(2, &["interleave must be 1, 2 or 4"], "--interleave 3");
     place.options(2, &["--technique", "pbgi"], "--technique pbgi");

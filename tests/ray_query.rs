@@ -2,11 +2,15 @@
 
 mod common;
 
-use common::rooms::{add_quad, camera};
+use common::rooms::{add_quad, camera, furnished_room};
 use glam::Vec3;
+use gridlight::gpu::{Executor, TransferOp, Work};
+use gridlight::graph::{Access, Graph, Pass};
+use gridlight::passes::scene::SceneParts;
+use gridlight::passes::structures;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, shared_dir};
-use gridlight::scene::{Draw, Light, Material, Scene, Texture, gltf};
+use gridlight::scene::{Draw, Light, Material, Scene, Texture, Vertex, gltf};
 use gridlight::settings::{LightSet, Rays, Settings, ShadowPoints, Size, Technique, View};
 
 /// Share of shadow rays that must agree.
@@ -131,4 +135,51 @@ fn rays_without_structures_are_an_error() {
     let error = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).err().unwrap();
     assert_eq!(error.exit_code(), 2, "{error}");
     assert!(error.to_string().contains("VK_KHR_ray_query"), "{error}");
+}
+
+/// A room with a lamp over a table that is raised by so much.
+fn room_with_a_table(raised: f32) -> Scene {
+    let mut scene = furnished_room();
+    // Before the shelf, the last quad.
+    let table = scene.vertices.len() - 8..scene.vertices.len() - 4;
+    scene.vertices[table].iter_mut().for_each(|vertex| vertex.position_ws[1] += raised);
+    scene
+}
+
+/// A graph that moves the scene's vertices, and builds the structures anew where it is asked to.
+fn vertex_mover(test: &common::GpuTest, uploaded: &UploadedScene, vertices: &[Vertex], rebuilds: bool) -> Executor {
+    let mut graph = Graph::new();
+    let scene = SceneParts::declare(&mut graph, Rays::Query);
+    let moved = graph.persistent_buffer("moved", size_of_val(vertices) as u64);
+    let copy = Work::Transfer(vec![TransferOp::Copy { from: moved, to: scene.vertices, offset_bytes: 0 }]);
+    let pass = Pass::new("move", copy).uses(moved, Access::TransferRead).uses(scene.vertices, Access::TransferWrite);
+    graph.add_pass(pass);
+    if rebuilds {
+        structures::add(&mut graph, &scene, uploaded.set());
+    }
+    let executor = Executor::new(&test.gpu, graph, Some(uploaded.set().clone())).unwrap();
+    executor.write_buffer(moved, bytemuck::cast_slice(vertices)).unwrap();
+    executor
+}
+
+#[test]
+fn structures_follow_vertices_that_a_pass_moves() {
+    let Some(test) = gpu_with_queries() else { return };
+    let [scene, raised] = [0.0, 0.6].map(room_with_a_table);
+    let settings = one_ray_each(Rays::Query).changed(|s| {
+        s.render.technique = Technique::Direct;
+        s.render.view = View::Direct;
+    });
+    let upload = |scene| UploadedScene::with_rays(&test.gpu, scene, Rays::Query).unwrap();
+    let expected = render(&test, &upload(&raised), &raised, &settings);
+    for rebuilds in [true, false] {
+        let uploaded = upload(&scene);
+        assert!(render(&test, &uploaded, &scene, &settings) != expected, "the table's shadow moves");
+        let mut mover = vertex_mover(&test, &uploaded, &raised.vertices, rebuilds);
+        let ticket = mover.submit(&[]).unwrap();
+        // Nothing waits for the new structures but the barriers.
+        let moved = render(&test, &uploaded, &scene, &settings);
+        mover.wait(ticket).unwrap();
+        assert_eq!(moved == expected, rebuilds, "old structures are noticed");
+    }
 }

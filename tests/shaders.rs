@@ -195,7 +195,7 @@ fn render(
             Work::Raster(work) => {
                 names.extend(work.draws.iter().flat_map(|d| [d.vertex.clone(), d.fragment.clone()]));
             }
-            Work::Transfer(_) | Work::Overlay => {}
+            Work::Transfer(_) | Work::BuildStructure { .. } | Work::Overlay => {}
         }
     }
     names

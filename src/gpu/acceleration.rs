@@ -3,14 +3,16 @@
 
 use std::sync::Arc;
 
-use ash::vk;
+use ash::{khr, vk};
 
 use super::buffer::Buffer;
 use super::check;
 use super::descriptors::Bound;
 use super::device::Device;
 use super::transfer::{full_barrier, submit_once, upload_buffer};
+use super::work::StructureLevel;
 use crate::error::{Error, Result};
+use crate::graph::Access;
 use crate::scene::Vertex;
 use crate::scene::query_geometry::QueryGeometry;
 
@@ -20,26 +22,43 @@ pub(super) const BUILD_INPUT: vk::BufferUsageFlags = vk::BufferUsageFlags::from_
         | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS.as_raw(),
 );
 
-/// Both structures, built.
+/// Both structures, built, with what they are built from.
 pub(super) struct Acceleration {
     top: Structure,
     /// The top structure refers to it.
     bottom: Structure,
+    triangles: Triangles,
+    /// The only instance.
+    instances: Buffer,
+}
+
+/// What the bottom structure is built from.
+struct Triangles {
+    vertices: vk::DeviceAddress,
+    vertex_count: u32,
+    /// Opaque triangles before masked ones.
+    indices: Buffer,
+    opaque_count: u32,
+    masked_count: u32,
 }
 
 /// One structure with its memory.
 struct Structure {
     raw: vk::AccelerationStructureKHR,
     gpu: Arc<Device>,
+    functions: khr::acceleration_structure::Device,
     buffer: Buffer,
+    /// Memory that a build needs meanwhile, with room to align it.
+    scratch_bytes: u64,
 }
+
+/// Geometries of a structure, and how many primitives each has.
+type Geometries = (Vec<vk::AccelerationStructureGeometryKHR<'static>>, Vec<u32>);
 
 impl Drop for Structure {
     fn drop(&mut self) {
-        if let Some(functions) = &self.gpu.acceleration {
-            // SAFETY: owners wait for the GPU before they drop the scene; the buffer goes after the structure.
-            unsafe { functions.destroy_acceleration_structure(self.raw, None) };
-        }
+        // SAFETY: owners wait for the GPU before they drop the scene; the buffer goes after the structure.
+        unsafe { self.functions.destroy_acceleration_structure(self.raw, None) };
     }
 }
 
@@ -60,20 +79,43 @@ impl Acceleration {
         let bytes: &[u8] = bytemuck::cast_slice(&geometry.indices);
         let indices = Buffer::new(gpu, "structure indices", bytes.len() as u64, usage)?;
         upload_buffer(gpu, &indices, bytes)?;
-        let (geometries, counts) = triangle_geometries(gpu, vertices, &indices, geometry);
-        let kind = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
-        let bottom = Structure::build(gpu, "bottom structure", kind, &geometries, &counts)?;
-        let instance = instance_words(bottom.address()?);
+        let triangles = Triangles {
+            vertices: address(gpu, vertices.raw),
+            vertex_count: (vertices.size_bytes / size_of::<Vertex>() as u64) as u32,
+            indices,
+            opaque_count: geometry.opaque_count(),
+            masked_count: geometry.masked_count(),
+        };
+        let bottom = Structure::built(gpu, StructureLevel::Bottom, &triangles.geometries(gpu))?;
+        let instance = instance_words(bottom.address());
         let instances = Buffer::new(gpu, "structure instance", 64, usage)?;
         upload_buffer(gpu, &instances, bytemuck::cast_slice(&instance))?;
-        let data = vk::AccelerationStructureGeometryInstancesDataKHR::default()
-            .data(vk::DeviceOrHostAddressConstKHR { device_address: address(gpu, &instances) });
-        let instances = [vk::AccelerationStructureGeometryKHR::default()
-            .geometry_type(vk::GeometryTypeKHR::INSTANCES)
-            .geometry(vk::AccelerationStructureGeometryDataKHR { instances: data })];
-        let kind = vk::AccelerationStructureTypeKHR::TOP_LEVEL;
-        let top = Structure::build(gpu, "top structure", kind, &instances, &[1])?;
-        Ok(Self { top, bottom })
+        let top = Structure::built(gpu, StructureLevel::Top, &instance_geometry(gpu, &instances))?;
+        Ok(Self { top, bottom, triangles, instances })
+    }
+
+    /// Records a new build of one structure, in its place, from what is in the scene's buffers then. `scratch` has at least
+    /// [`Self::scratch_bytes`].
+    pub fn record_build(&self, commands: vk::CommandBuffer, level: StructureLevel, scratch: vk::Buffer) {
+        let structure = self.structure(level);
+        let gpu = &structure.gpu;
+        let geometries = match level {
+            StructureLevel::Bottom => self.triangles.geometries(gpu),
+            StructureLevel::Top => instance_geometry(gpu, &self.instances),
+        };
+        structure.record_build(commands, level, &geometries, scratch);
+    }
+
+    /// Bytes of scratch memory that a build of one structure takes.
+    pub fn scratch_bytes(&self, level: StructureLevel) -> u64 {
+        self.structure(level).scratch_bytes
+    }
+
+    fn structure(&self, level: StructureLevel) -> &Structure {
+        match level {
+            StructureLevel::Bottom => &self.bottom,
+            StructureLevel::Top => &self.top,
+        }
     }
 
     /// The buffers that hold the top and the bottom structure.
@@ -86,33 +128,39 @@ impl Acceleration {
     }
 }
 
-/// The groups of triangles that are not empty, and how many triangles each has.
-fn triangle_geometries<'a>(
-    gpu: &Device,
-    vertices: &Buffer,
-    indices: &Buffer,
-    geometry: &QueryGeometry,
-) -> (Vec<vk::AccelerationStructureGeometryKHR<'a>>, Vec<u32>) {
-    let vertex_count = (vertices.size_bytes / size_of::<Vertex>() as u64) as u32;
-    let masked_from = 12 * u64::from(geometry.opaque_count());
-    let groups = [
-        (geometry.opaque_count(), 0, vk::GeometryFlagsKHR::OPAQUE),
-        (geometry.masked_count(), masked_from, vk::GeometryFlagsKHR::empty()),
-    ];
-    let one = |(_, offset, flags): &(u32, u64, vk::GeometryFlagsKHR)| {
-        let data = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
-            .vertex_format(vk::Format::R32G32B32_SFLOAT)
-            .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: address(gpu, vertices) })
-            .vertex_stride(size_of::<Vertex>() as u64)
-            .max_vertex(vertex_count.saturating_sub(1))
-            .index_type(vk::IndexType::UINT32)
-            .index_data(vk::DeviceOrHostAddressConstKHR { device_address: address(gpu, indices) + offset });
-        vk::AccelerationStructureGeometryKHR::default()
-            .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
-            .flags(*flags)
-            .geometry(vk::AccelerationStructureGeometryDataKHR { triangles: data })
-    };
-    groups.iter().filter(|(count, ..)| *count > 0).map(|group| (one(group), group.0)).unzip()
+impl Triangles {
+    /// The groups of triangles that are not empty.
+    fn geometries(&self, gpu: &Device) -> Geometries {
+        let masked_from = 12 * u64::from(self.opaque_count);
+        let groups = [
+            (self.opaque_count, 0, vk::GeometryFlagsKHR::OPAQUE),
+            (self.masked_count, masked_from, vk::GeometryFlagsKHR::empty()),
+        ];
+        let indices = address(gpu, self.indices.raw);
+        let one = |(_, offset, flags): &(u32, u64, vk::GeometryFlagsKHR)| {
+            let data = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+                .vertex_format(vk::Format::R32G32B32_SFLOAT)
+                .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: self.vertices })
+                .vertex_stride(size_of::<Vertex>() as u64)
+                .max_vertex(self.vertex_count.saturating_sub(1))
+                .index_type(vk::IndexType::UINT32)
+                .index_data(vk::DeviceOrHostAddressConstKHR { device_address: indices + offset });
+            vk::AccelerationStructureGeometryKHR::default()
+                .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+                .flags(*flags)
+                .geometry(vk::AccelerationStructureGeometryDataKHR { triangles: data })
+        };
+        groups.iter().filter(|(count, ..)| *count > 0).map(|group| (one(group), group.0)).unzip()
+    }
+}
+
+fn instance_geometry(gpu: &Device, instances: &Buffer) -> Geometries {
+    let data = vk::AccelerationStructureGeometryInstancesDataKHR::default()
+        .data(vk::DeviceOrHostAddressConstKHR { device_address: address(gpu, instances.raw) });
+    let geometry = vk::AccelerationStructureGeometryKHR::default()
+        .geometry_type(vk::GeometryTypeKHR::INSTANCES)
+        .geometry(vk::AccelerationStructureGeometryDataKHR { instances: data });
+    (vec![geometry], vec![1])
 }
 
 /// `VkAccelerationStructureInstanceKHR`: no transform, visible to every ray, both sides of triangles count.
@@ -127,69 +175,102 @@ fn instance_words(bottom: vk::DeviceAddress) -> [u32; 16] {
 }
 
 /// Where a buffer with the usage `SHADER_DEVICE_ADDRESS` lies.
-fn address(gpu: &Device, buffer: &Buffer) -> vk::DeviceAddress {
-    let info = vk::BufferDeviceAddressInfo::default().buffer(buffer.raw);
+fn address(gpu: &Device, buffer: vk::Buffer) -> vk::DeviceAddress {
+    let info = vk::BufferDeviceAddressInfo::default().buffer(buffer);
     // SAFETY: the buffer is alive, has the usage, and the feature is enabled where structures are built.
     unsafe { gpu.device.get_buffer_device_address(&info) }
 }
 
+/// How a structure of this level is built from geometries.
+fn build_info<'a>(
+    level: StructureLevel,
+    geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
+    vk::AccelerationStructureBuildGeometryInfoKHR::default()
+        .ty(level.kind())
+        .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+        .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+        .geometries(geometries)
+}
+
+impl StructureLevel {
+    fn kind(self) -> vk::AccelerationStructureTypeKHR {
+        match self {
+            Self::Bottom => vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+            Self::Top => vk::AccelerationStructureTypeKHR::TOP_LEVEL,
+        }
+    }
+}
+
 impl Structure {
-    /// Builds one structure over geometries with so many primitives each; waits.
-    fn build(
-        gpu: &Arc<Device>,
-        name: &str,
-        kind: vk::AccelerationStructureTypeKHR,
-        geometries: &[vk::AccelerationStructureGeometryKHR<'_>],
-        counts: &[u32],
-    ) -> Result<Self> {
+    /// Makes one structure and builds it; waits.
+    fn built(gpu: &Arc<Device>, level: StructureLevel, geometries: &Geometries) -> Result<Self> {
         let functions = functions(gpu)?;
-        let mut info = vk::AccelerationStructureBuildGeometryInfoKHR::default()
-            .ty(kind)
-            .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
-            .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
-            .geometries(geometries);
         let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
         // SAFETY: a count for each geometry.
         unsafe {
             let device = vk::AccelerationStructureBuildTypeKHR::DEVICE;
-            functions.get_acceleration_structure_build_sizes(device, &info, counts, &mut sizes);
+            let info = build_info(level, &geometries.0);
+            functions.get_acceleration_structure_build_sizes(device, &info, &geometries.1, &mut sizes);
         }
-        let structure = Self::empty(gpu, name, kind, sizes.acceleration_structure_size)?;
-        let alignment = u64::from(gpu.report().limits.scratch_alignment.max(1));
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
-        let scratch = Buffer::new(gpu, "structure scratch", sizes.build_scratch_size + alignment, usage)?;
-        info.dst_acceleration_structure = structure.raw;
-        info.scratch_data.device_address = address(gpu, &scratch).next_multiple_of(alignment);
-        let range = |count: &u32| vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(*count);
-        let ranges: Vec<_> = counts.iter().map(range).collect();
+        let structure = Self::empty(gpu, level, &sizes)?;
+        let usage = Access::StructureScratch.buffer_usage();
+        let scratch = Buffer::new(gpu, "structure scratch", structure.scratch_bytes, usage)?;
         submit_once(gpu, |commands| {
             full_barrier(gpu, commands);
-            // SAFETY: the structure and the scratch memory have the sizes asked for, and all inputs are alive; the
-            // submission is waited for.
-            unsafe { functions.cmd_build_acceleration_structures(commands, &[info], &[&ranges]) };
+            structure.record_build(commands, level, geometries, scratch.raw);
             full_barrier(gpu, commands);
         })?;
         Ok(structure)
     }
 
-    fn empty(gpu: &Arc<Device>, name: &str, kind: vk::AccelerationStructureTypeKHR, size_bytes: u64) -> Result<Self> {
+    fn record_build(
+        &self,
+        commands: vk::CommandBuffer,
+        level: StructureLevel,
+        (geometries, counts): &Geometries,
+        scratch: vk::Buffer,
+    ) {
+        let mut info = build_info(level, geometries);
+        info.dst_acceleration_structure = self.raw;
+        info.scratch_data.device_address = address(&self.gpu, scratch).next_multiple_of(scratch_alignment(&self.gpu));
+        let range = |count: &u32| vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(*count);
+        let ranges: Vec<_> = counts.iter().map(range).collect();
+        // SAFETY: the structure and the scratch memory have the sizes asked for, and all inputs are alive until the
+        // commands have been waited for.
+        unsafe { self.functions.cmd_build_acceleration_structures(commands, &[info], &[&ranges]) };
+    }
+
+    fn empty(
+        gpu: &Arc<Device>,
+        level: StructureLevel,
+        sizes: &vk::AccelerationStructureBuildSizesInfoKHR<'_>,
+    ) -> Result<Self> {
+        let (name, size_bytes) = (level.name(), sizes.acceleration_structure_size);
         let usage =
             vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
         let buffer = Buffer::new(gpu, name, size_bytes, usage)?;
-        let info = vk::AccelerationStructureCreateInfoKHR::default().buffer(buffer.raw).size(size_bytes).ty(kind);
+        let info =
+            vk::AccelerationStructureCreateInfoKHR::default().buffer(buffer.raw).size(size_bytes).ty(level.kind());
+        let functions = functions(gpu)?.clone();
         // SAFETY: the buffer has the size and the usage; the structure is destroyed before it.
-        let raw = check(name, unsafe { functions(gpu)?.create_acceleration_structure(&info, None) })?;
+        let raw = check(name, unsafe { functions.create_acceleration_structure(&info, None) })?;
         gpu.set_name(raw, name);
-        Ok(Self { raw, gpu: Arc::clone(gpu), buffer })
+        let scratch_bytes = sizes.build_scratch_size + scratch_alignment(gpu);
+        Ok(Self { raw, gpu: Arc::clone(gpu), functions, buffer, scratch_bytes })
     }
 
-    fn address(&self) -> Result<vk::DeviceAddress> {
+    fn address(&self) -> vk::DeviceAddress {
         let info = vk::AccelerationStructureDeviceAddressInfoKHR::default().acceleration_structure(self.raw);
         // SAFETY: the structure is alive.
-        Ok(unsafe { functions(&self.gpu)?.get_acceleration_structure_device_address(&info) })
+        unsafe { self.functions.get_acceleration_structure_device_address(&info) }
     }
 }
 
-fn functions(gpu: &Device) -> Result<&ash::khr::acceleration_structure::Device> {
+fn scratch_alignment(gpu: &Device) -> u64 {
+    u64::from(gpu.report().limits.scratch_alignment.max(1))
+}
+
+fn functions(gpu: &Device) -> Result<&khr::acceleration_structure::Device> {
     gpu.acceleration.as_ref().ok_or_else(|| Error::Failure("this device has no acceleration structures".to_owned()))
 }

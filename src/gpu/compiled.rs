@@ -154,7 +154,7 @@ impl CompiledFrame {
                 vec![pipelines.compute(&work.shader, &work.constants, work.push_words(), &layouts)?]
             }
             Work::Raster(work) => self.raster_pipelines(pipelines, work, &sets)?,
-            Work::Transfer(_) | Work::Overlay => Vec::new(),
+            Work::Transfer(_) | Work::BuildStructure { .. } | Work::Overlay => Vec::new(),
         };
         Ok(CompiledPass { pipelines, sets })
     }

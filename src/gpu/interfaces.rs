@@ -172,7 +172,7 @@ fn pipelines(pass: &Pass<Work>) -> Result<Vec<Shaders>, Fault> {
     match &pass.payload {
         Work::Compute(work) => Ok(vec![Shaders::new(&[&work.shader])?]),
         Work::Raster(work) => work.draws.iter().map(|d| Shaders::new(&[&d.vertex, &d.fragment])).collect(),
-        Work::Transfer(_) | Work::Overlay => Ok(Vec::new()),
+        Work::Transfer(_) | Work::BuildStructure { .. } | Work::Overlay => Ok(Vec::new()),
     }
 }
 
@@ -181,7 +181,7 @@ fn check_pass(graph: &Graph<Work>, pass: &Pass<Work>) -> Result<(), Fault> {
     match &pass.payload {
         Work::Compute(work) => check_compute(&pipelines, work)?,
         Work::Raster(work) => check_raster(&pipelines, work)?,
-        Work::Transfer(_) | Work::Overlay => {}
+        Work::Transfer(_) | Work::BuildStructure { .. } | Work::Overlay => {}
     }
     for used in pass.uses.iter().filter(|used| used.binding.is_some()) {
         check_binding(&pipelines, used, graph.resources()[used.resource.index()].info)?;

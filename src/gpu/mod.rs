@@ -63,7 +63,7 @@ pub use swapchain::{Acquired, Presented, Swapchain, is_srgb};
 pub use target::{FRAMES_IN_FLIGHT, Overlay, Target, WindowTarget};
 pub use work::{
     ColorTarget, ComputeWork, Constants, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat,
-    TransferOp, Viewport, Work,
+    StructureLevel, TransferOp, Viewport, Work,
 };
 
 use crate::error::Error;

@@ -30,6 +30,10 @@ pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, in
         Work::Compute(work) => compute(frame, commands, compiled, work, &work.push),
         Work::Raster(work) => raster(frame, commands, compiled, work),
         Work::Transfer(ops) => ops.iter().for_each(|op| transfer(frame, commands, op, frame_data)),
+        Work::BuildStructure { level, scratch } => {
+            let scratch = frame.resources.buffer(*scratch).0;
+            frame.scene.iter().for_each(|scene| scene.record_build(commands, *level, scratch));
+        }
         Work::Overlay => {}
     }
     end_label(frame, commands);

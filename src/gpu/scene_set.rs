@@ -14,6 +14,7 @@ use super::image::{Image, TextureInfo};
 use super::physical::Physical;
 use super::transfer::{Subresource, upload_buffer, upload_image};
 use super::word_image::WordImage;
+use super::work::StructureLevel;
 use crate::error::{Error, Result};
 use crate::scene::Draw;
 use crate::scene::query_geometry::QueryGeometry;
@@ -165,6 +166,19 @@ impl SceneSet {
             ScenePart::TopStructure => structures.map(|[top, _]| buffer(top)),
             ScenePart::BottomStructure => structures.map(|[_, bottom]| buffer(bottom)),
             ScenePart::StructureTriangles => query.map(|(_, places)| buffer(places)),
+        }
+    }
+
+    /// Bytes of scratch memory that a new build of an acceleration structure takes; `None` without ray queries.
+    #[must_use]
+    pub fn scratch_bytes(&self, level: StructureLevel) -> Option<u64> {
+        self.query.as_ref().map(|(structures, _)| structures.scratch_bytes(level))
+    }
+
+    /// Records a new build of an acceleration structure, where there are any.
+    pub(super) fn record_build(&self, commands: vk::CommandBuffer, level: StructureLevel, scratch: vk::Buffer) {
+        if let Some((structures, _)) = &self.query {
+            structures.record_build(commands, level, scratch);
         }
     }
 

@@ -14,8 +14,35 @@ pub enum Work {
     Raster(RasterWork),
     /// Fills, updates and copies.
     Transfer(Vec<TransferOp>),
+    /// A new build of one of the scene's acceleration structures, in its place.
+    BuildStructure {
+        /// Which one; the top one comes after the bottom one.
+        level: StructureLevel,
+        /// Memory for the build meanwhile: [`SceneSet::scratch_bytes`](super::SceneSet::scratch_bytes).
+        scratch: BufferHandle,
+    },
     /// What is drawn over the frame from outside, such as a panel, into the acquired image.
     Overlay,
+}
+
+/// One of the scene's acceleration structures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StructureLevel {
+    /// Of the triangles.
+    Bottom,
+    /// Of the one instance of the bottom one.
+    Top,
+}
+
+impl StructureLevel {
+    /// What it is called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bottom => "bottom structure",
+            Self::Top => "top structure",
+        }
+    }
 }
 
 /// Specialization constants: names as in the shader, and the bits of the values.

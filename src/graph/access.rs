@@ -51,8 +51,12 @@ pub enum Access {
     ComputeTrace,
     /// Vertices, indices or instances that an acceleration structure is built from.
     StructureInput,
+    /// Acceleration structure (the buffer that holds it) that another one is built from.
+    StructureReference,
     /// Acceleration structure (the buffer that holds it), built anew.
     StructureBuild,
+    /// Memory that the build of an acceleration structure uses meanwhile.
+    StructureScratch,
     /// Source of a copy.
     TransferRead,
     /// Destination of a copy, fill or update that overwrites all the contents later passes use.
@@ -134,6 +138,14 @@ impl Access {
             Self::StructureInput => {
                 (Stage::ACCELERATION_STRUCTURE_BUILD_KHR, Mask::SHADER_READ, ImageLayout::UNDEFINED)
             }
+            Self::StructureReference => {
+                (Stage::ACCELERATION_STRUCTURE_BUILD_KHR, Mask::ACCELERATION_STRUCTURE_READ_KHR, ImageLayout::UNDEFINED)
+            }
+            Self::StructureScratch => (
+                Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
+                Mask::ACCELERATION_STRUCTURE_READ_KHR | Mask::ACCELERATION_STRUCTURE_WRITE_KHR,
+                ImageLayout::UNDEFINED,
+            ),
             Self::StructureBuild => (
                 Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
                 Mask::ACCELERATION_STRUCTURE_WRITE_KHR,
@@ -161,6 +173,7 @@ impl Access {
                 | Self::ColorAttachmentBlend
                 | Self::DepthAttachmentWrite
                 | Self::StructureBuild
+                | Self::StructureScratch
                 | Self::TransferWrite
         )
     }
@@ -218,7 +231,10 @@ impl Access {
             Self::IndirectRead => BufferUsageFlags::INDIRECT_BUFFER,
             Self::VertexBuffer => BufferUsageFlags::VERTEX_BUFFER,
             Self::IndexBuffer => BufferUsageFlags::INDEX_BUFFER,
-            Self::ComputeTrace | Self::StructureBuild => BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR,
+            Self::ComputeTrace | Self::StructureReference | Self::StructureBuild => {
+                BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR
+            }
+            Self::StructureScratch => BufferUsageFlags::STORAGE_BUFFER | BufferUsageFlags::SHADER_DEVICE_ADDRESS,
             Self::StructureInput => BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR,
             Self::TransferRead => BufferUsageFlags::TRANSFER_SRC,
             Self::TransferWrite => BufferUsageFlags::TRANSFER_DST,

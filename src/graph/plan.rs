@@ -415,7 +415,9 @@ fn performs(stage: Stage, access: Mask) -> bool {
     let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
     match access {
         Mask::MEMORY_READ => stage == Stage::ALL_COMMANDS,
-        Mask::ACCELERATION_STRUCTURE_READ_KHR => stage == Stage::COMPUTE_SHADER,
+        Mask::ACCELERATION_STRUCTURE_READ_KHR => {
+            (Stage::COMPUTE_SHADER | Stage::ACCELERATION_STRUCTURE_BUILD_KHR).contains(stage)
+        }
         Mask::ACCELERATION_STRUCTURE_WRITE_KHR | Mask::SHADER_READ => stage == Stage::ACCELERATION_STRUCTURE_BUILD_KHR,
         Mask::DEPTH_STENCIL_ATTACHMENT_READ | Mask::DEPTH_STENCIL_ATTACHMENT_WRITE => tests.contains(stage),
         Mask::COLOR_ATTACHMENT_READ | Mask::COLOR_ATTACHMENT_WRITE => stage == Stage::COLOR_ATTACHMENT_OUTPUT,

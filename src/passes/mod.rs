@@ -28,6 +28,7 @@ pub mod present;
 pub mod reference;
 pub mod scene;
 pub mod shadow_rays;
+pub mod structures;
 pub mod tone_map;
 pub mod vpl_trace;
 

@@ -7,7 +7,7 @@ use gridlight::graph::{
 
 use crate::{Frame, Lcg, checker, color, depth};
 
-const ACCESSES: [Access; 25] = [
+const ACCESSES: [Access; 27] = [
     Access::ComputeRead,
     Access::ComputeWrite,
     Access::ComputeReadWrite,
@@ -29,7 +29,9 @@ const ACCESSES: [Access; 25] = [
     Access::IndexBuffer,
     Access::ComputeTrace,
     Access::StructureInput,
+    Access::StructureReference,
     Access::StructureBuild,
+    Access::StructureScratch,
     Access::TransferRead,
     Access::TransferWrite,
     Access::HostRead,

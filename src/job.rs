@@ -13,9 +13,6 @@ use crate::shared::FrameData;
 use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
 
-/// Rays start this fraction of the scene radius off the surface.
-const RAY_OFFSET: f32 = 1e-5;
-
 /// What is rendered, from where, how, and on which device.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
@@ -68,7 +65,7 @@ impl<'a> Job<'a> {
             direct_lights: scene.light_count,
             first_point_light: scene.first_point_light,
             exposure,
-            ray_offset: RAY_OFFSET * radius,
+            largest_triangle: scene.largest_triangle,
             ..FrameData::zeroed()
         }
     }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, SceneBytes, SceneData, SceneSet};
 use crate::scene::query_geometry::QueryGeometry;
@@ -14,6 +16,8 @@ use crate::shared::PunctualLight;
 pub struct UploadedScene {
     pub(crate) set: Arc<SceneSet>,
     pub(crate) bounds: Aabb,
+    /// Longest edge of any triangle's bounding box.
+    pub(crate) largest_triangle: f32,
     pub(crate) first_point_light: u32,
     pub(crate) light_count: u32,
     pub(crate) has_structures: bool,
@@ -84,6 +88,7 @@ impl UploadedScene {
         Ok(Self {
             set,
             bounds: scene.bounds,
+            largest_triangle: largest_triangle(scene),
             first_point_light,
             light_count,
             has_structures: query.is_some(),
@@ -116,6 +121,16 @@ impl UploadedScene {
     pub fn other_lights(&self) -> &[PunctualLight] {
         &self.other_lights
     }
+}
+
+/// Longest edge of any triangle's bounding box.
+fn largest_triangle(scene: &Scene) -> f32 {
+    let corner = |i: &u32| Vec3::from(scene.vertices[*i as usize].position_ws);
+    let edge = |t: &[u32]| {
+        let [a, b, c] = [0, 1, 2].map(|k| corner(&t[k]));
+        (a.max(b).max(c) - a.min(b).min(c)).max_element()
+    };
+    scene.indices.chunks_exact(3).map(edge).fold(0.0, f32::max)
 }
 
 /// Fails where a device cannot trace rays in this way.

@@ -19,8 +19,27 @@ uint accumulated_frame() { return frame.accumulated_frame; }
 vec2 pixel_jitter() { return vec2(frame.jitter_x_px, frame.jitter_y_px); }
 float alpha() { return frame.alpha; }
 float clamp_squared() { return frame.clamp_squared; }
-float ray_offset() { return frame.ray_offset; }
 float scene_radius() { return frame.scene_radius; }
+
+// Sixteen roundings: what the position of a hit, and the distance at which the next ray meets the same triangle, can be
+// wrong by, relative to the numbers that they are computed from.
+const float RAY_OFFSET = 1.0 / 1048576.0;
+
+// How far rays stay off the surface at a position. Numbers there are as large as the position's coordinates, and as large
+// as the triangle is, whose corners are what a ray is intersected with.
+float ray_offset(vec3 position_ws) {
+    vec3 size = max(abs(position_ws), vec3(frame.largest_triangle));
+    return RAY_OFFSET * max(size.x, max(size.y, size.z));
+}
+
+// Where a position lies in the picture, by way of its offset from the eye: far from the origin that difference is exact,
+// where a product with the whole matrix would lose its digits to the translation.
+vec4 clip_position(vec3 position_ws) {
+    vec4 clip = frame.clip_from_world * vec4(position_ws - frame.eye_ws, 0.0);
+    // Reversed depth is near / view z.
+    clip.z = frame.near;
+    return clip;
+}
 
 // Where pixel (x, y) of the picture lies in the interleaved layout: n x n sub-images side by side, sub-image
 // (i, j) holding the pixels with x % n == i and y % n == j. The identity when n is 1.

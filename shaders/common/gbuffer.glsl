@@ -10,5 +10,5 @@ vec3 position_from_depth(uvec2 pixel, float depth) {
 // Rays from a rasterised surface start this far off it: its depth is that of triangles whose corners were moved
 // to subpixel positions (SwiftShader has 16 per pixel and axis, which shows as false shadow).
 float surface_offset(vec3 position_ws) {
-    return ray_offset() + frame.rasteriser_step * dot(position_ws - frame.eye_ws, frame.forward_ws);
+    return ray_offset(position_ws) + frame.rasteriser_step * dot(position_ws - frame.eye_ws, frame.forward_ws);
 }

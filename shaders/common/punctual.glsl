@@ -40,6 +40,7 @@ vec3 irradiance_from(PunctualLight light, vec3 position, vec3 normal, vec3 geome
     vec3 to_light;
     float distance;
     vec3 e = unshadowed_irradiance(light, position, normal, to_light, distance);
-    bool lit = dot(to_light, geometric) > 0.0 && any(greaterThan(e, vec3(0.0))) && !is_blocked(origin, to_light, distance - ray_offset());
+    float reach = distance - ray_offset(origin);
+    bool lit = dot(to_light, geometric) > 0.0 && any(greaterThan(e, vec3(0.0))) && !is_blocked(origin, to_light, reach);
     return lit ? e : vec3(0.0);
 }

@@ -20,7 +20,7 @@ void main() {
     out_flux = vec3(0.0);
     gl_Position = vec4(0.0, 0.0, -1.0, 1.0);
     if (gl_InstanceIndex < light_counts[0]) {
-        vec4 clip = frame.clip_from_world * vec4(uintBitsToFloat(light_positions[gl_InstanceIndex].xyz), 1.0);
+        vec4 clip = clip_position(uintBitsToFloat(light_positions[gl_InstanceIndex].xyz));
         out_corner = CORNERS[gl_VertexIndex];
         out_flux = light_fluxes[gl_InstanceIndex].rgb;
         clip.xy += out_corner * (2.0 * radius_px * clip.w) / vec2(image_size());

@@ -10,7 +10,8 @@ layout(set = 2, binding = 1) uniform sampler2D normal_texture;
 
 layout(push_constant) uniform Push { uint material_index; };
 
-layout(location = 0) in vec3 position_ws;
+// From the eye to the surface: neighbouring pixels differ by little, which far from the origin a position cannot show.
+layout(location = 0) in vec3 from_eye_ws;
 layout(location = 1) in vec3 normal_ws;
 layout(location = 2) in vec2 uv;
 
@@ -29,8 +30,8 @@ vec2 steady(vec2 at) {
 
 // Tangent frame from screen-space derivatives (Schueler 2013), so that no mesh needs tangents.
 vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
-    vec3 position_dx = dFdx(position_ws);
-    vec3 position_dy = dFdy(position_ws);
+    vec3 position_dx = dFdx(from_eye_ws);
+    vec3 position_dy = dFdy(from_eye_ws);
     vec2 uv_dx = dFdx(uv);
     vec2 uv_dy = dFdy(uv);
     vec3 r1 = cross(position_dy, n);
@@ -52,10 +53,9 @@ vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
 void main() {
     Material material = materials[material_index];
     vec4 base_color = material.base_color * texture(base_color_texture, steady(uv));
-    vec3 geometric = cross(dFdx(position_ws), dFdy(position_ws));
+    vec3 geometric = cross(dFdx(from_eye_ws), dFdy(from_eye_ws));
     geometric = dot(geometric, geometric) > 0.0 ? normalize(geometric) : normalize(normal_ws);
-    vec3 to_eye = frame.eye_ws - position_ws;
-    geometric = dot(geometric, to_eye) < 0.0 ? -geometric : geometric;
+    geometric = dot(geometric, from_eye_ws) > 0.0 ? -geometric : geometric;
     vec3 shading = dot(normal_ws, normal_ws) > 0.0 ? normalize(normal_ws) : geometric;
     shading = dot(shading, geometric) < 0.0 ? -shading : shading;
     if (material.has_normal_map != 0u) {

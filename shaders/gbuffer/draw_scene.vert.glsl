@@ -6,13 +6,13 @@ layout(location = 0) in vec3 position_ws;
 layout(location = 1) in uint normal_oct;
 layout(location = 2) in vec2 uv;
 
-layout(location = 0) out vec3 out_position_ws;
+layout(location = 0) out vec3 out_from_eye_ws;
 layout(location = 1) out vec3 out_normal_ws;
 layout(location = 2) out vec2 out_uv;
 
 void main() {
-    out_position_ws = position_ws;
+    out_from_eye_ws = position_ws - frame.eye_ws;
     out_normal_ws = unpack_octahedral(normal_oct);
     out_uv = uv;
-    gl_Position = frame.clip_from_world * vec4(position_ws, 1.0);
+    gl_Position = clip_position(position_ws);
 }

@@ -38,5 +38,5 @@ void main() {
     vec3 position_ws = merged_lights[light].position_ws + corner(gl_VertexIndex) * (2.0 * radius);
     out_light = light;
     out_radius = radius;
-    gl_Position = frame.clip_from_world * vec4(position_ws, 1.0);
+    gl_Position = clip_position(position_ws);
 }

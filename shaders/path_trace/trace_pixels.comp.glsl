@@ -36,7 +36,7 @@ vec3 trace_path(vec3 origin, vec3 geometric, vec3 direction, inout uint random_s
         if (!any(greaterThan(throughput, vec3(0.0)))) {
             break;
         }
-        origin = surface.position_ws + surface.geometric * ray_offset();
+        origin = surface.position_ws + surface.geometric * ray_offset(surface.position_ws);
         geometric = surface.geometric;
         lighting += throughput / PI * sampled_irradiance(surface, origin, random_state);
         direction = cosine_direction(surface.normal, vec2(random(random_state), random(random_state)));

@@ -75,7 +75,7 @@ void main() {
             slot_fluxes[slot] = vec4(flux, 1.0);
             atomicOr(slot_bits[slot / 32u], 1u << (slot % 32u));
         }
-        origin = surface.position_ws + surface.geometric * ray_offset();
+        origin = surface.position_ws + surface.geometric * ray_offset(surface.position_ws);
         direction = cosine_direction(surface.normal, vec2(random(random_state), random(random_state)));
         if (dot(direction, surface.geometric) <= 0.0) {
             break;

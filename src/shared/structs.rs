@@ -70,8 +70,8 @@ shared_structs! {
         pub clamp_squared: f32,
         /// Exposure; 0 is automatic.
         pub exposure: f32,
-        /// How far rays start from the surface.
-        pub ray_offset: f32,
+        /// Longest edge of any triangle's bounding box, in metres.
+        pub largest_triangle: f32,
         /// Number of the frame among those accumulated, from 0.
         pub accumulated_frame: u32,
         /// Seed of the shadow samples.

@@ -136,6 +136,6 @@ pub fn frame_constants(data: &FrameData) -> Value {
         "alpha": data.alpha,
         "clamp_squared": data.clamp_squared,
         "exposure": data.exposure,
-        "ray_offset": data.ray_offset,
+        "largest_triangle": data.largest_triangle,
     })
 }

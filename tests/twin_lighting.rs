@@ -31,12 +31,19 @@ fn settings(lighting: LightingMode, alpha: f32, first_level: u32) -> Settings {
         s.lgh.first_level = first_level;
         s.many_lights.shadow_samples = 0;
         s.render.direct = Switch::Off;
-        s.many_lights.clamp = 0.02;
+        s.many_lights.clamp = 0.5;
     })
 }
 
+/// What lit a frame.
+struct Hierarchy {
+    lights: Vec<GridLight>,
+    grid: Grid,
+    clamp_squared: f32,
+}
+
 /// Radiance of one frame, with the lights that made it.
-fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Grid) {
+fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Hierarchy) {
     let test = common::gpu();
     let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
     let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
@@ -50,21 +57,23 @@ fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Vec<GridLight>, Gri
     let mut lights: Vec<GridLight> = bytemuck::pod_collect_to_vec(&read(hierarchy.merged.lights));
     lights.truncate(sub_images[levels.top as usize + 1] as usize);
     let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
-    (radiance, lights, Grid { placement: placement[0], levels, center: settings.lgh.center })
+    let grid = Grid { placement: placement[0], levels, center: settings.lgh.center };
+    let clamp_squared = renderer.frame_data().clamp_squared;
+    assert!(clamp_squared > 0.0 && clamp_squared.is_finite(), "{clamp_squared}");
+    (radiance, Hierarchy { lights, grid, clamp_squared })
 }
 
 /// The lighting of one pixel by every light in turn.
-fn lighting(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid, p: Vec3, normal: Vec3) -> Vec3 {
-    let clamp_squared = (settings.many_lights.clamp * scene.bounds.radius()).powi(2);
-    let top = grid.levels.top;
-    lights
+fn lighting(settings: &Settings, by: &Hierarchy, p: Vec3, normal: Vec3) -> Vec3 {
+    let top = by.grid.levels.top;
+    by.lights
         .iter()
         .map(|light| {
             let offset = Vec3::from(light.position_ws) - p;
-            let radius = settings.lgh.alpha * grid.cell_size(light.level);
+            let radius = settings.lgh.alpha * by.grid.cell_size(light.level);
             let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, top);
             let kind = lobe_of_level(light.level, settings.lgh.lobe);
-            let response = light_response(offset, normal, Vec3::from(light.lobe), kind, clamp_squared);
+            let response = light_response(offset, normal, Vec3::from(light.lobe), kind, by.clamp_squared);
             Vec3::from(light.flux) * (weight * response)
         })
         .sum()
@@ -117,19 +126,19 @@ fn compare(gpu: &[Vec3], cpu: &[Vec3]) -> Verdict {
 /// Indirect lighting per unit albedo on both sides.
 fn both(settings: &Settings) -> (Vec<Vec3>, Vec<Vec3>) {
     let scene = room();
-    let (radiance, lights, grid) = render(&scene, settings);
+    let (radiance, by) = render(&scene, settings);
     let gpu = radiance.iter().map(|radiance| *radiance / ALBEDO).collect();
-    (gpu, sums(settings, &scene, &lights, &grid))
+    (gpu, sums(settings, &scene, &by))
 }
 
 /// The lighting of every pixel by all lights, on the CPU.
-fn sums(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid) -> Vec<Vec3> {
+fn sums(settings: &Settings, scene: &Scene, by: &Hierarchy) -> Vec<Vec3> {
     let bvh = build_binary(scene);
     (0..settings.picture.size.height)
         .flat_map(|y| (0..settings.picture.size.width).map(move |x| (x, y)))
         .map(|(x, y)| {
             let (position, normal) = surface(&bvh, &scene.cameras[0], settings.picture.size, x, y);
-            lighting(settings, scene, lights, grid, position, normal)
+            lighting(settings, by, position, normal)
         })
         .collect()
 }
@@ -160,9 +169,9 @@ fn every_lobe_and_centre_is_its_formula() {
                 s.lgh.center = center;
             });
             let what = format!("{mode:?}, {lobe:?}, {center:?}, first level {first_level}");
-            let (radiance, lights, grid) = render(&scene, &settings);
+            let (radiance, hierarchy) = render(&scene, &settings);
             let gpu: Vec<Vec3> = radiance.iter().map(|radiance| *radiance / ALBEDO).collect();
-            let by = |kind| sums(&settings.clone().changed(|s| s.lgh.lobe = kind), &scene, &lights, &grid);
+            let by = |kind| sums(&settings.clone().changed(|s| s.lgh.lobe = kind), &scene, &hierarchy);
             compare(&gpu, &by(lobe)).unwrap_or_else(|e| panic!("{what}: {e}"));
             for other in LOBES.into_iter().filter(|other| *other != lobe) {
                 assert!(compare(&gpu, &by(other)).is_err(), "{what}: {other:?} is as good");

@@ -20,7 +20,7 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Reservoir, Settings, ShadowFilter, Size, Technique, View};
-use gridlight::shared::{GridLight, GridPlacement, MAX_LEVEL, SUB_IMAGE_STRIDE};
+use gridlight::shared::{FrameData, GridLight, GridPlacement, MAX_LEVEL, SUB_IMAGE_STRIDE};
 use gridlight::techniques::lgh::HierarchyOutputs;
 use gridlight::views::{LEVEL_COLORS, NO_VALUE};
 
@@ -246,15 +246,14 @@ fn merged_lights(renderer: &Renderer) -> (Vec<Vec<GridLight>>, Grid) {
 }
 
 /// Number of lights that contribute, and the luminance of each level's lighting.
-fn sum(settings: &Settings, scene: &Scene, lights: &[GridLight], grid: &Grid, at: (Vec3, Vec3)) -> (f32, Vec<f32>) {
-    let clamp_squared = (settings.many_lights.clamp * scene.bounds.radius()).powi(2);
+fn sum(settings: &Settings, frame: &FrameData, lights: &[GridLight], grid: &Grid, at: (Vec3, Vec3)) -> (f32, Vec<f32>) {
     let (mut count, mut levels) = (0.0, vec![0.0; MAX_LEVEL as usize + 1]);
     for light in lights {
         let offset = Vec3::from(light.position_ws) - at.0;
         let radius = settings.lgh.alpha * grid.cell_size(light.level);
         let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, grid.levels.top);
         let kind = lobe_of_level(light.level, settings.lgh.lobe);
-        let response = weight * light_response(offset, at.1, Vec3::from(light.lobe), kind, clamp_squared);
+        let response = weight * light_response(offset, at.1, Vec3::from(light.lobe), kind, frame.clamp_squared);
         if response > 0.0 {
             count += 1.0;
             levels[light.level as usize] += response * luminance(Vec3::from(light.flux));
@@ -274,7 +273,8 @@ fn against_sums(settings: &Settings, check: impl Fn(Vec3, [u8; 3], f32, &[f32]) 
     nearly_all((0..seen.values.len()).map(|i| {
         let [x, y] = [i % settings.picture.size.width as usize, i / settings.picture.size.width as usize];
         let (position, normal, _) = surface(&bvh, &scene.cameras[0], settings.picture.size, i);
-        let (count, levels) = sum(settings, &scene, &lights[y % n * n + x % n], &grid, (position, normal));
+        let (count, levels) =
+            sum(settings, seen.renderer.frame_data(), &lights[y % n * n + x % n], &grid, (position, normal));
         check(seen.values[i], seen.picture[i], count, &levels)
     }))
 }

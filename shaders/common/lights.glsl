@@ -83,7 +83,8 @@ float lobe_intensity(vec3 lobe, vec3 w, uint kind) {
 // Outgoing radiance per unit albedo and unit flux at a surface point; `offset` leads from it to the light of a level.
 // The lights themselves, level 0, have the lobe that is exact for them.
 float light_response(vec3 offset, float distance, vec3 normal, vec3 lobe, uint level) {
+    float clamped = max(distance * distance, clamp_squared());
     vec3 w = offset / max(distance, 1e-20);
     float cosine = max(dot(normal, w), 0.0);
-    return cosine <= 0.0 ? 0.0 : lobe_intensity(lobe, -w, level == 0u ? LOBE_MIXTURE : LOBE) * cosine / (distance * distance + clamp_squared()) / PI;
+    return cosine <= 0.0 ? 0.0 : lobe_intensity(lobe, -w, level == 0u ? LOBE_MIXTURE : LOBE) * cosine / clamped / PI;
 }

@@ -228,7 +228,7 @@ fn help_states_the_defaults() {
         ("--vpls <N>", settings.many_lights.vpls.to_string()),
         ("--bounces <N>", settings.many_lights.bounces.to_string()),
         ("--alpha <CELLS>", settings.lgh.alpha.to_string()),
-        ("--clamp <FRACTION>", settings.many_lights.clamp.to_string()),
+        ("--clamp <RADII>", settings.many_lights.clamp.to_string()),
         ("--seed <N>", settings.tracing.seed.to_string()),
     ] {
         let (_, rest) = help.split_once(option).unwrap_or_else(|| panic!("no {option}"));

@@ -107,7 +107,7 @@ pub fn light_response(offset: Vec3, normal: Vec3, lobe: Vec3, kind: Lobe, clamp_
     if cosine <= 0.0 {
         return 0.0;
     }
-    lobe_intensity(lobe, -w, kind) * cosine / (distance * distance + clamp_squared) / PI
+    lobe_intensity(lobe, -w, kind) * cosine / (distance * distance).max(clamp_squared) / PI
 }
 
 #[cfg(test)]
@@ -195,6 +195,9 @@ mod tests {
         assert_eq!(response(2.0 * up, -up, -up, 0.0), 0.0);
         assert_eq!(response(2.0 * up, up, up, 0.0), 0.0, "the light faces away");
         assert_eq!(response(Vec3::ZERO, up, Vec3::ZERO, 1.0), 0.0);
+        // Nearer than the clamp it is as bright as there, and beyond it the clamp changes nothing.
+        assert_eq!(response(0.1 * up, up, -up, 0.25), response(0.5 * up, up, -up, 0.0));
+        assert_eq!(response(2.0 * up, up, -up, 0.25), response(2.0 * up, up, -up, 0.0));
         // Without a mean direction first-order harmonics are uniform: (1 / (4 pi)) / 4 / pi.
         let uniform = light_response(2.0 * up, up, Vec3::ZERO, Lobe::Sh1, 0.0);
         assert!((uniform - 1.0 / 16.0 / (PI * PI)).abs() < 1e-7);

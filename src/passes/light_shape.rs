@@ -15,6 +15,8 @@ pub struct LightShape {
     pub scene_light_count: u32,
     /// Shadow rays per pixel; 0 is no shadows of indirect light.
     pub shadow_samples: u32,
+    /// Radius of the disc that a VPL stands for, in metres; 0 where there are none.
+    pub vpl_radius: f32,
 }
 
 impl LightShape {

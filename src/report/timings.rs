@@ -339,7 +339,7 @@ pub(crate) mod tests {
         let settings = json["settings"].as_object().unwrap();
         assert_eq!(settings.len(), 44);
         assert!(settings["camera"].is_null() && settings["reservoir"].is_null());
-        assert_eq!(settings["clamp"], 0.01);
+        assert_eq!(settings["clamp"], 1.0);
         assert_eq!(settings["size"], "1280x720");
     }
 

@@ -66,7 +66,7 @@ shared_structs! {
         pub scene_lights: u32,
         /// Alpha: blending radius over cell edge.
         pub alpha: f32,
-        /// Squared distance below which lights do not grow brighter.
+        /// Squared distance below which lights do not grow brighter, in square metres.
         pub clamp_squared: f32,
         /// Exposure; 0 is automatic.
         pub exposure: f32,

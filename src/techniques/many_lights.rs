@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::spacing::disc_radius;
 use super::{AddedView, Count, TechniqueOutputs};
 use crate::dump::{
     Array, COUNT, DumpContext, Entry, Field, METRES_AND_BITS, Scalar, all_words, buffer, f, noted, ranks, u,
@@ -68,13 +69,14 @@ pub(super) fn base_shape(job: &Job<'_>) -> LightShape {
         vpl_capacity: 0,
         scene_light_count: scene_lights(job.scene, job.settings),
         shadow_samples: if settings.shadows.is_on() { settings.shadow_samples } else { 0 },
+        vpl_radius: 0.0,
     }
 }
 
 /// Takes over what another shape of the same lights was measured to need.
 pub(super) fn take_measures(shape: &mut LightShape, known: &LightShape) {
     (shape.path_count, shape.lacks_paths) = (known.path_count, known.lacks_paths);
-    shape.vpl_capacity = known.vpl_capacity;
+    (shape.vpl_capacity, shape.vpl_radius) = (known.vpl_capacity, known.vpl_radius);
 }
 
 /// Whether two settings trace the same lights, where they trace any, and agree in what `also` tells.
@@ -92,7 +94,7 @@ pub(super) fn write_constants(shape: &LightShape, job: &Job<'_>, data: &mut Fram
     data.bounces = shape.bounces;
     data.direct_lights -= shape.scene_light_count;
     data.scene_lights = shape.scene_light_count;
-    data.clamp_squared = (job.settings.many_lights.clamp * job.scene.bounds.radius()).powi(2);
+    data.clamp_squared = (job.settings.many_lights.clamp * shape.vpl_radius).powi(2);
 }
 
 /// Adds the passes that trace the light paths and pack what they leave.
@@ -110,7 +112,7 @@ pub(super) fn add_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffe
     AddedView { values, picture, outputs: TechniqueOutputs::new(vec![lights.counts], lights) }
 }
 
-/// Finds the number of paths and the capacity by tracing some paths.
+/// Finds the number of paths, the capacity, and how far apart VPLs will be, by tracing some paths.
 pub(super) fn measure_paths(job: &Job<'_>, shape: &mut LightShape) -> Result<()> {
     let settings = &job.settings.many_lights;
     if settings.lights == LightSet::Scene {
@@ -119,8 +121,9 @@ pub(super) fn measure_paths(job: &Job<'_>, shape: &mut LightShape) -> Result<()>
     let (vpls, bounces) = (f64::from(settings.vpls), f64::from(settings.bounces));
     shape.path_count = PILOT_PATHS.min(settings.vpls);
     shape.vpl_capacity = shape.slot_count();
-    let pilot = trace(job, shape)?.len() as u32 - shape.scene_light_count;
-    let vpls_per_path = f64::from(pilot.max(1)) / f64::from(shape.path_count);
+    let lights = trace(job, shape)?;
+    let pilot = &lights[..lights.len() - shape.scene_light_count as usize];
+    let vpls_per_path = f64::from(pilot.len().max(1) as u32) / f64::from(shape.path_count);
     let paths = (vpls / vpls_per_path).ceil();
     // Where few paths hit anything, as many paths as fit must do.
     if vpls_per_path >= FEW_VPLS_PER_PATH {
@@ -129,9 +132,12 @@ pub(super) fn measure_paths(job: &Job<'_>, shape: &mut LightShape) -> Result<()>
     }
     let slots_that_fit = job.gpu.report().limits.storage_range_bytes as f64 / 16.0;
     let most_paths = (slots_that_fit / bounces).min(vpls * 64.0);
-    shape.lacks_paths = pilot == 0 || paths > most_paths;
-    shape.path_count = if pilot == 0 { 1 } else { paths.min(most_paths) as u32 };
+    let pilot_paths = f64::from(shape.path_count);
+    shape.lacks_paths = pilot.is_empty() || paths > most_paths;
+    shape.path_count = if pilot.is_empty() { 1 } else { paths.min(most_paths) as u32 };
     shape.vpl_capacity = shape.slot_count().min((vpls * CAPACITY_MARGIN) as u32 + 1024);
+    // As many more lights share a surface as there are more paths.
+    shape.vpl_radius = disc_radius(pilot) * (pilot_paths / f64::from(shape.path_count)).sqrt() as f32;
     Ok(())
 }
 

@@ -10,6 +10,7 @@ pub mod path_trace;
 mod reference;
 mod rules;
 mod shape;
+mod spacing;
 
 use crate::dump::Entry;
 use crate::job::Job;

@@ -155,6 +155,7 @@ pub fn shape(options: Options) -> LghShape {
             vpl_capacity: options.light_capacity,
             scene_light_count: 0,
             shadow_samples: 0,
+            vpl_radius: 0.0,
         },
         picture_px: SIZE_PX,
         interleave: options.interleave,

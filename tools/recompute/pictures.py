@@ -68,7 +68,7 @@ class Surface:
         length = np.minimum(np.linalg.norm(lights["lobe"], axis=1), 1.0)
         towards = np.maximum(-(lights["lobe"] * w).sum(axis=1), 0.0)
         intensity = ((1.0 - length) * 0.25 + towards) / np.pi
-        response = weight * intensity * cosine / (d * d + frame["clamp_squared"]) / np.pi
+        response = weight * intensity * cosine / np.maximum(d * d, frame["clamp_squared"]) / np.pi
         return response[:, None] * lights["flux"].astype(np.float64), int(start)
 
 

@@ -80,7 +80,9 @@ impl Planner<'_> {
     fn clamp(&self) -> StagePlan {
         let clamp = self.settings.many_lights.clamp;
         let notes = if clamp == 0.0 { vec!["The settings do not clamp.".to_owned()] } else { Vec::new() };
-        let cause = format!("VPLs nearer than {clamp} of the scene radius count as if they were that far away.");
+        let cause = format!(
+            "VPLs nearer than {clamp} radii of the disc that one stands for count as if they were that far away."
+        );
         stage("clamp", &cause, self.every_vpl(0.0, Switch::On), self.every_vpl(clamp, Switch::On), notes)
     }
 

@@ -32,6 +32,7 @@ const LIGHTS: LightShape = LightShape {
     vpl_capacity: 24,
     scene_light_count: 1,
     shadow_samples: 4,
+    vpl_radius: 0.0,
 };
 
 fn lgh() -> LghShape {

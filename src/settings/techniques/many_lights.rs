@@ -19,9 +19,10 @@ settings_group! {
         /// Diffuse bounces of a light path, at most this many, 1 to 64 [default: 3]
         #[arg(long, value_name = "N")]
         pub bounces: u32 = 3,
-        /// Singularity clamp, a fraction of the scene radius, 0 or above; 0 is the reference [default: 0.01]
-        #[arg(long, value_name = "FRACTION", allow_negative_numbers = true)]
-        pub clamp: f32 = 0.01,
+        /// Nearer than this a light does not grow brighter: radii of the disc that a VPL stands for; 0 is the reference
+        /// [default: 1]
+        #[arg(long, value_name = "RADII", allow_negative_numbers = true)]
+        pub clamp: f32 = 1.0,
         /// Shadow rays per pixel, 0 to 16; 0 is no indirect shadows [default: 4]
         #[arg(long, value_name = "K", help_heading = "Shadows")]
         pub shadow_samples: u32 = 4,

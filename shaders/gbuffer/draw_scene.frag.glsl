@@ -28,6 +28,17 @@ vec2 steady(vec2 at) {
     return max(along.x, along.y) < MOST_REPEATS ? at : gl_FragCoord.xy;
 }
 
+// The base colour. Coordinates that are the same all around, as of a mesh without any, name one texel: there is nothing to
+// filter, and the anisotropic filter of Mesa 25's lavapipe divides 0 by 0.
+vec4 textured_color() {
+    vec2 at = steady(uv);
+    vec4 filtered = texture(base_color_texture, at);
+    vec2 change = abs(dFdxCoarse(at)) + abs(dFdyCoarse(at));
+    ivec2 size = textureSize(base_color_texture, 0);
+    vec4 single = texelFetch(base_color_texture, min(ivec2(fract(at) * vec2(size)), size - 1), 0);
+    return change == vec2(0.0) ? single : filtered;
+}
+
 // Tangent frame from screen-space derivatives (Schueler 2013), so that no mesh needs tangents.
 vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
     vec3 position_dx = dFdx(from_eye_ws);
@@ -52,7 +63,7 @@ vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
 
 void main() {
     Material material = materials[material_index];
-    vec4 base_color = material.base_color * texture(base_color_texture, steady(uv));
+    vec4 base_color = material.base_color * textured_color();
     vec3 geometric = cross(dFdx(from_eye_ws), dFdy(from_eye_ws));
     geometric = dot(geometric, geometric) > 0.0 ? normalize(geometric) : normalize(normal_ws);
     geometric = dot(geometric, from_eye_ws) > 0.0 ? -geometric : geometric;

@@ -13,14 +13,13 @@ use gridlight::settings::{LightSet, Settings, ShadowPoints, Size, Switch, Techni
 use gridlight::shared::{
     FrameData, GridLight, InspectedPixel, NO_LIGHT, SAMPLE_BLOCKED, SAMPLE_EMPTY, SAMPLE_UNLIT, SAMPLE_VISIBLE,
 };
-use half::f16;
 
 const ALBEDO: Vec3 = Vec3::new(0.6, 0.4, 0.2);
 const SIZE: Size = Size { width: 48, height: 32 };
 /// Relative difference of sums of the same terms in another order.
 const SUM_TOLERANCE: f32 = 1e-4;
-/// The estimates are kept as halves.
-const HALF_TOLERANCE: f32 = 2e-3;
+/// Sums of the same few numbers.
+const ESTIMATE_TOLERANCE: f32 = 1e-4;
 const PIXELS: [[u32; 2]; 5] = [[0, 0], [47, 31], [24, 16], [7, 25], [40, 3]];
 
 /// Frames of one room and settings that tell about a pixel.
@@ -108,14 +107,13 @@ fn compare(looked: &Looked, at: [u32; 2]) -> Verdict {
     if !pixel.samples.iter().take(count).map(|sample| sample.light).eq(picks) {
         return Err("other lights were picked".to_owned());
     }
-    let estimates = ["shadowed", "unshadowed"]
-        .map(|name| written.all::<[u16; 4]>("shadow_rays", name)[index].map(|bits| f16::from_bits(bits).to_f32()));
+    let estimates = ["shadowed", "unshadowed"].map(|name| written.all::<[f32; 4]>("shadow_rays", name)[index]);
     let luminances = estimates.map(|rgb| luminance(Vec3::from_slice(&rgb)));
     let sum = |states: &[u32]| -> f32 {
         pixel.samples.iter().take(count).filter(|s| states.contains(&s.state)).map(|s| s.estimate).sum()
     };
     let found = [sum(&[SAMPLE_VISIBLE]), sum(&[SAMPLE_VISIBLE, SAMPLE_BLOCKED])];
-    if (0..2).any(|i| !near(found[i], luminances[i], HALF_TOLERANCE)) {
+    if (0..2).any(|i| !near(found[i], luminances[i], ESTIMATE_TOLERANCE)) {
         return Err(format!("S and U of the samples are {found:?}, not {luminances:?}"));
     }
     Ok(())

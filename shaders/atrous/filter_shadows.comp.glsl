@@ -13,8 +13,8 @@ layout(set = 0, binding = 2) uniform utexture2D normals_image;
 layout(set = 0, binding = 3) uniform texture2D lighting_image;
 layout(set = 0, binding = 4) uniform texture2D shadowed_image;
 layout(set = 0, binding = 5) uniform texture2D unshadowed_image;
-layout(set = 0, binding = 6, rgba16f) uniform writeonly image2D out_shadowed;
-layout(set = 0, binding = 7, rgba16f) uniform writeonly image2D out_unshadowed;
+layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_shadowed;
+layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_unshadowed;
 // ratio_sigma: difference of the shadow ratio at which a weight falls to 1/e; smaller in later iterations, when
 // the noise is gone and what is left are shadow edges.
 layout(push_constant) uniform Push { int step_px; float ratio_sigma; };

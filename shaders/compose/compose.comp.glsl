@@ -1,6 +1,7 @@
 // Final composition in linear radiance: direct light plus, with the hierarchy, albedo times the unshadowed
 // lighting times the filtered shadow ratio (Heitz et al. 2018). One thread per pixel.
 #include "common/frame.glsl"
+#include "common/color.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
@@ -33,7 +34,7 @@ void main() {
         vec3 lighting = indirect.rgb;
         share = HAS_SHARE != 0u ? indirect.a : 1.0;
         if (HAS_SHADOWS != 0u) {
-            lighting *= shadow_ratio(p);
+            lighting *= shadow_ratio(p).rgb;
         }
         radiance += texelFetch(albedo_image, p, 0).rgb * lighting;
     }

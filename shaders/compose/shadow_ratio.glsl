@@ -1,15 +1,27 @@
-// The filtered shadow of a pixel. Needs frame.glsl; the includer declares `shadowed_image` and `unshadowed_image`.
+// The filtered shadow of a pixel. Needs frame.glsl and color.glsl; the includer declares `indirect_image` (the unshadowed
+// lighting), `shadowed_image` and `unshadowed_image`.
 
-// S/U per channel; 0/0 is 1: where no sample carries light there is nothing to darken.
-vec3 ratio(vec3 shadowed, vec3 unshadowed) {
-    return mix(vec3(1.0), shadowed / max(unshadowed, vec3(1e-30)), greaterThan(unshadowed, vec3(0.0)));
+// A channel has a shadow of its own where the samples carry at least this fraction of the light that the lighting says it
+// has relative to the others. Below that its few samples, or none, say nothing, and it takes the shadow of all light.
+const float LEAST_SHARE = 1.0 / 16.0;
+
+// S/U per channel, in a that of the luminances; 0/0 is 1: where no sample carries light there is nothing to darken.
+vec4 ratio(vec3 shadowed, vec3 unshadowed, vec3 lighting) {
+    float all_unshadowed = luminance(unshadowed);
+    if (all_unshadowed <= 0.0) {
+        return vec4(1.0);
+    }
+    float all = luminance(shadowed) / all_unshadowed;
+    vec3 expected = all_unshadowed * lighting / max(luminance(lighting), 1e-30);
+    vec3 trust = clamp(unshadowed / max(LEAST_SHARE * expected, vec3(1e-30)), 0.0, 1.0);
+    return vec4(mix(vec3(all), shadowed / max(unshadowed, vec3(1e-30)), trust), all);
 }
 
 // Half the window that stands in for a pixel none of whose samples carry light. Without a filter there are such
 // pixels: the few lights that they chose do not reach them.
 const int NEIGHBOURS = 2;
 
-vec3 shadow_ratio(ivec2 p) {
+vec4 shadow_ratio(ivec2 p) {
     vec3 s = texelFetch(shadowed_image, p, 0).rgb;
     vec3 u = texelFetch(unshadowed_image, p, 0).rgb;
     if (u == vec3(0.0)) {
@@ -21,5 +33,5 @@ vec3 shadow_ratio(ivec2 p) {
             }
         }
     }
-    return ratio(s, u);
+    return ratio(s, u, texelFetch(indirect_image, p, 0).rgb);
 }

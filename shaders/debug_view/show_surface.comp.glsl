@@ -17,26 +17,23 @@ layout(constant_id = 0) const uint SHOWN = ALBEDO;
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform texture2D albedo_image;
 layout(set = 0, binding = 3) uniform utexture2D normals_image;
-// INDIRECT: lighting per unit albedo. SHADOW_RATIO: S and U.
-layout(set = 0, binding = 4) uniform texture2D first_image;
-layout(set = 0, binding = 5) uniform texture2D second_image;
-layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_values;
-
-// S/U; 0/0 is 1 as in compose: where no sample carries light there is nothing to darken.
-float ratio(float shadowed, float unshadowed) { return unshadowed > 0.0 ? shadowed / unshadowed : 1.0; }
+// INDIRECT: lighting per unit albedo. SHADOW_RATIO: the lighting, S and U.
+layout(set = 0, binding = 4) uniform texture2D indirect_image;
+layout(set = 0, binding = 5) uniform texture2D shadowed_image;
+layout(set = 0, binding = 6) uniform texture2D unshadowed_image;
+layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_values;
+#include "compose/shadow_ratio.glsl"
 
 vec4 shown(ivec2 p, float depth) {
-    vec3 first = texelFetch(first_image, p, 0).rgb;
     switch (SHOWN) {
     case NORMAL:
         return vec4(unpack_octahedral(texelFetch(normals_image, p, 0).x), 0.0);
     case DEPTH:
         return vec4(frame.near / depth);
     case INDIRECT:
-        return vec4(texelFetch(albedo_image, p, 0).rgb * first, 0.0);
+        return vec4(texelFetch(albedo_image, p, 0).rgb * texelFetch(indirect_image, p, 0).rgb, 0.0);
     case SHADOW_RATIO:
-        vec3 u = texelFetch(second_image, p, 0).rgb;
-        return vec4(ratio(first.r, u.r), ratio(first.g, u.g), ratio(first.b, u.b), ratio(luminance(first), luminance(u)));
+        return shadow_ratio(p);
     default:
         return vec4(texelFetch(albedo_image, p, 0).rgb, 0.0);
     }

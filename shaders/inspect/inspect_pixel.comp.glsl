@@ -57,7 +57,7 @@ void look_at_surface(uvec2 pixel, float depth) {
     inspected.albedo = texelFetch(albedo_image, p, 0).rgb;
     inspected.direct = if_there(HAS_DIRECT, texelFetch(direct_image, p, 0));
     inspected.lighting = if_there(HAS_INDIRECT, texelFetch(indirect_image, p, 0));
-    inspected.shadow_ratio = (flags & HAS_SHADOWS) != 0u ? vec4(shadow_ratio(p), 1.0) : vec4(1.0);
+    inspected.shadow_ratio = (flags & HAS_SHADOWS) != 0u ? vec4(shadow_ratio(p).rgb, 1.0) : vec4(1.0);
 }
 
 #ifdef INSPECT_LIGHTS

@@ -13,8 +13,8 @@
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(push_constant) uniform Push { uint index_bits; };
 #include "shadow_rays/samples.glsl"
-layout(set = 0, binding = 6, rgba16f) uniform writeonly image2D out_shadowed;
-layout(set = 0, binding = 7, rgba16f) uniform writeonly image2D out_unshadowed;
+layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_shadowed;
+layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_unshadowed;
 layout(set = 0, binding = 8, std430) buffer RayCount { uint ray_count[]; };
 
 shared uint rays_of_group;

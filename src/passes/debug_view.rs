@@ -34,8 +34,8 @@ pub enum SurfaceView {
     Depth,
     /// Albedo times this lighting.
     Indirect(ImageHandle),
-    /// S / U.
-    ShadowRatio(super::shadow_rays::ShadowEstimates),
+    /// S / U of this lighting.
+    ShadowRatio(ImageHandle, super::shadow_rays::ShadowEstimates),
 }
 
 /// How values become colours (`debug_view/colorize.comp.glsl`).
@@ -59,12 +59,13 @@ fn values_image(frame: &mut Frame) -> ImageHandle {
 pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) -> ImageHandle {
     let values = values_image(frame);
     // Bindings that a view does not read still need an image of the right kind.
-    let (index, first, second) = match shown {
-        SurfaceView::Albedo => (0, gbuffer.albedo, gbuffer.albedo),
-        SurfaceView::Normal => (1, gbuffer.albedo, gbuffer.albedo),
-        SurfaceView::Depth => (2, gbuffer.albedo, gbuffer.albedo),
-        SurfaceView::Indirect(lighting) => (3, lighting, gbuffer.albedo),
-        SurfaceView::ShadowRatio(estimates) => (4, estimates.shadowed, estimates.unshadowed),
+    let unused = gbuffer.albedo;
+    let (index, [lighting, shadowed, unshadowed]) = match shown {
+        SurfaceView::Albedo => (0, [unused; 3]),
+        SurfaceView::Normal => (1, [unused; 3]),
+        SurfaceView::Depth => (2, [unused; 3]),
+        SurfaceView::Indirect(lighting) => (3, [lighting, unused, unused]),
+        SurfaceView::ShadowRatio(lighting, estimates) => (4, [lighting, estimates.shadowed, estimates.unshadowed]),
     };
     let work =
         ComputeWork { constants: vec![("SHOWN", index)], ..shader("debug_view/show_surface", frame.per_pixel()) };
@@ -73,8 +74,9 @@ pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) ->
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
-        .bind("first_image", first, Access::ComputeSampled)
-        .bind("second_image", second, Access::ComputeSampled)
+        .bind("indirect_image", lighting, Access::ComputeSampled)
+        .bind("shadowed_image", shadowed, Access::ComputeSampled)
+        .bind("unshadowed_image", unshadowed, Access::ComputeSampled)
         .bind("out_values", values, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     values

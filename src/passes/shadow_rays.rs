@@ -21,8 +21,8 @@ pub struct ShadowEstimates {
     pub unshadowed: ImageHandle,
 }
 
-/// Format of the estimates.
-pub(super) const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// Format of the estimates. Dim channels of strongly coloured lights are out of the range of half floats.
+pub(super) const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
 /// The lights of the hierarchy and what the pixels have picked of them.
 #[derive(Clone, Copy, Debug)]

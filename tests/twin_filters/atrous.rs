@@ -8,8 +8,7 @@ use crate::common::compare::Verdict;
 use crate::common::rooms::{folding_screen, furnished_room};
 use crate::picture::{Frame, SIZES, Texel, compare_texels};
 
-/// Estimates are stored as halves, 2^-11 of a value apart; the rest is for powers and exponentials, whose precision is the
-/// device's.
+/// For powers and exponentials, whose precision is the device's.
 const TOLERANCE: [f64; 2] = [1e-3, 1e-7];
 
 /// One iteration.
@@ -66,7 +65,7 @@ impl Images {
         };
         let estimate = |what: &str| match iteration {
             1 if interleaved => frame.floats(&format!("interleave/blur_{what}_y"), &format!("{what}_blurred_y")),
-            1 => frame.halves("shadow_rays", what),
+            1 => frame.floats("shadow_rays", what),
             _ => output(frame, what, iteration - 1),
         };
         Self { lighting, shadowed: estimate("shadowed"), unshadowed: estimate("unshadowed") }
@@ -83,7 +82,7 @@ impl Images {
 }
 
 fn output(frame: &Frame, what: &str, iteration: usize) -> Vec<Texel> {
-    frame.halves(&format!("atrous/{iteration}"), &format!("{what}_{iteration}"))
+    frame.floats(&format!("atrous/{iteration}"), &format!("{what}_{iteration}"))
 }
 
 fn luminance(color: Texel) -> f64 {

@@ -93,7 +93,7 @@ impl<'a> Blur<'a> {
         let is_lighting = what == "lighting";
         let input = match axis {
             0 if is_lighting => frame.floats("light_gather", "lighting"),
-            0 => frame.halves("shadow_rays", what),
+            0 => frame.floats("shadow_rays", what),
             _ => frame.floats(&format!("interleave/blur_{what}_x"), &format!("{what}_blurred_x")),
         };
         let weighting = match axis {

@@ -61,12 +61,6 @@ impl Frame {
         texels.iter().map(|texel| texel.map(f64::from)).collect()
     }
 
-    /// What a pass left in an image of four halves.
-    pub fn halves(&self, pass: &str, resource: &str) -> Vec<Texel> {
-        let texels: Vec<[u16; 4]> = self.written.all(pass, resource);
-        texels.iter().map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f64())).collect()
-    }
-
     fn interleaved_size(&self) -> Size {
         let edge = |px: u32| px.div_ceil(self.n as u32) * self.n as u32;
         Size { width: edge(self.size.width), height: edge(self.size.height) }

@@ -61,7 +61,7 @@ fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) 
             if view == View::ShadowRatioFiltered {
                 estimates = filter_shadows(frame, shape, gbuffer, &lit, estimates);
             }
-            debug_view::show_surface(frame, gbuffer, SurfaceView::ShadowRatio(estimates))
+            debug_view::show_surface(frame, gbuffer, SurfaceView::ShadowRatio(lit.composite.lighting, estimates))
         }
         _ => debug_view::show_surface(frame, gbuffer, SurfaceView::Indirect(lit.composite.lighting)),
     };

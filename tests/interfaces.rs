@@ -10,14 +10,13 @@ use gridlight::shader::interface::{BindingKind, ImageDimension};
 type Bound = Vec<(&'static str, Access, bool)>;
 
 fn blur() -> (ComputeWork, Bound) {
-    let constants = vec![("AXIS", 0), ("READS_INTERLEAVED", 1), ("WEIGHTING", 0)];
+    let constants = vec![("AXIS", 0), ("READS_INTERLEAVED", 1), ("WEIGHTED", 0)];
     let bound = vec![
         ("frame", Access::ComputeUniform, false),
         ("input_image", Access::ComputeSampled, true),
         ("edges", Access::ComputeRead, false),
         ("out_image", Access::ComputeWrite, true),
         ("depth_image", Access::ComputeSampled, true),
-        ("lighting_image", Access::ComputeSampled, true),
     ];
     (ComputeWork { constants, ..shader("interleave/blur", Dispatch::groups(1)) }, bound)
 }
@@ -132,7 +131,7 @@ fn constants_that_do_not_fit() {
         planted(|work, _| {
             work.constants.pop();
         }),
-        Fault::MissingConstant("WEIGHTING".into())
+        Fault::MissingConstant("WEIGHTED".into())
     );
     assert_eq!(planted(|work, _| work.uses_scene = true), Fault::Scene);
     assert_eq!(planted(|work, _| work.shader = "blur.comp".into()), Fault::NoShader("blur.comp".into()));

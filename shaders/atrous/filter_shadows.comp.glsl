@@ -1,5 +1,5 @@
 // One iteration of the edge-avoiding a-trous wavelet (Dammertz et al. 2010) over the shadowed and the unshadowed
-// estimate at once. Weights stop at normals, positions and colours: that of the analytic lighting, which has no
+// estimate at once, both per unit of what is in a. Weights stop at normals, positions and colours: that of the analytic lighting, which has no
 // noise, and that of the shadow itself, with a width that halves from iteration to iteration. One thread per pixel.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
@@ -104,7 +104,8 @@ void main() {
     // fewer are alike, the more it takes from whatever is near.
     float support = alike - KERNEL[0] * KERNEL[0];
     float lack = step_px <= LAST_RELAXED_STEP ? clamp(1.0 - support / MIN_SUPPORT, 0.0, 1.0) : 0.0;
+    float unit = texelFetch(shadowed_image, pixel, 0).a;
     float inverse_weight = 1.0 / (strict.weight + lack * relaxed.weight);
-    imageStore(out_shadowed, pixel, vec4((strict.shadowed + lack * relaxed.shadowed) * inverse_weight, 1.0));
-    imageStore(out_unshadowed, pixel, vec4((strict.unshadowed + lack * relaxed.unshadowed) * inverse_weight, 1.0));
+    imageStore(out_shadowed, pixel, vec4((strict.shadowed + lack * relaxed.shadowed) * inverse_weight, unit));
+    imageStore(out_unshadowed, pixel, vec4((strict.unshadowed + lack * relaxed.unshadowed) * inverse_weight, unit));
 }

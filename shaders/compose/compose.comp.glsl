@@ -18,8 +18,10 @@ layout(set = 0, binding = 3) uniform texture2D indirect_image;
 layout(set = 0, binding = 4) uniform texture2D shadowed_image;
 layout(set = 0, binding = 5) uniform texture2D unshadowed_image;
 layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_radiance;
+layout(set = 0, binding = 7) uniform texture2D typical_image;
 
 #include "compose/shadow_ratio.glsl"
+#include "compose/shadowed_lighting.glsl"
 
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;
@@ -34,7 +36,7 @@ void main() {
         vec3 lighting = indirect.rgb;
         share = HAS_SHARE != 0u ? indirect.a : 1.0;
         if (HAS_SHADOWS != 0u) {
-            lighting *= shadow_ratio(p).rgb;
+            lighting = shadowed_lighting(p);
         }
         radiance += texelFetch(albedo_image, p, 0).rgb * lighting;
     }

@@ -5,6 +5,7 @@
 #include "common/color.glsl"
 #include "common/octahedral.glsl"
 #include "common/gbuffer.glsl"
+#include "shadow_rays/estimate.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = WORKGROUP_SIZE) in;
@@ -19,12 +20,10 @@ layout(push_constant) uniform Push { uint index_bits; uint flags; };
 #ifdef INSPECT_LIGHTS
 #include "common/lights.glsl"
 #include "common/original_lights.glsl"
+#include "common/light_texels.glsl"
 #include "common/scene.glsl"
 #include "common/light_rays.glsl"
 #include "shadow_rays/samples.glsl"
-layout(set = 0, binding = 15, std430) readonly buffer Grid { GridPlacement grid; };
-layout(set = 0, binding = 16, std430) readonly buffer SubImages { uint sub_images[]; };
-#include "merge/sub_images.glsl"
 #else
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform utexture2D normals_image;
@@ -36,7 +35,9 @@ layout(set = 0, binding = 19) uniform texture2D direct_image;
 layout(set = 0, binding = 20) uniform texture2D indirect_image;
 layout(set = 0, binding = 21) uniform texture2D shadowed_image;
 layout(set = 0, binding = 22) uniform texture2D unshadowed_image;
+layout(set = 0, binding = 28) uniform texture2D typical_image;
 #include "compose/shadow_ratio.glsl"
+#include "compose/shadowed_lighting.glsl"
 layout(set = 0, binding = 23, std430) writeonly buffer Inspected { InspectedPixel inspected; };
 
 // Bits of `flags`: which images there are.
@@ -56,8 +57,10 @@ void look_at_surface(uvec2 pixel, float depth) {
     inspected.geometric_normal = unpack_octahedral(normals.y);
     inspected.albedo = texelFetch(albedo_image, p, 0).rgb;
     inspected.direct = if_there(HAS_DIRECT, texelFetch(direct_image, p, 0));
-    inspected.lighting = if_there(HAS_INDIRECT, texelFetch(indirect_image, p, 0));
-    inspected.shadow_ratio = (flags & HAS_SHADOWS) != 0u ? vec4(shadow_ratio(p).rgb, 1.0) : vec4(1.0);
+    vec4 lighting = if_there(HAS_INDIRECT, texelFetch(indirect_image, p, 0));
+    inspected.lighting = lighting;
+    vec3 darkened = (flags & HAS_SHADOWS) != 0u ? shadowed_lighting(p) : lighting.rgb;
+    inspected.shadow_ratio = vec4(mix(darkened / max(lighting.rgb, vec3(1e-30)), vec3(1.0), equal(lighting.rgb, vec3(0.0))), 1.0);
 }
 
 #ifdef INSPECT_LIGHTS
@@ -117,17 +120,17 @@ void look_at_level(uint sub_image, vec3 position_ws, vec3 normal, uint level) {
 // The pixel's shadow samples, with the random numbers that they had in shadow_rays.
 void look_at_samples(uvec2 pixel, float depth) {
     uvec2 interleaved = interleaved_from_pixel(pixel);
-    float total = texelFetch(lighting_image, ivec2(interleaved), 0).a;
-    inspected.total = total;
     Receiver receiver = receiver_at(pixel, depth);
+    receiver.luminance_of_all = ESTIMATE == ESTIMATE_RATIO ? 0.0 : luminance_of_all();
+    inspected.total = receiver.total;
     uint index = reservoir_index(interleaved);
     uint random_state = sampling_state(index);
     float share = 1.0 / float(shadow_sample_count());
     for (uint i = 0u; i < shadow_sample_count(); ++i) {
-        uint light = total > 0.0 ? selected_light(index, i) : NO_LIGHT;
+        uint light = receiver.total > 0.0 ? selected_light(index, i) : NO_LIGHT;
         InspectedSample found = InspectedSample(vec3(0.0), light, 0.0, 0u, SAMPLE_EMPTY, 0.0);
+        ShadowSample result = trace_sample(receiver, light, share, random_state);
         if (light != NO_LIGHT) {
-            ShadowSample result = trace_sample(receiver, light, share, random_state);
             found.position_ws = result.sender.position_ws;
             found.estimate = result.has_ray ? luminance(result.estimate) : 0.0;
             found.level = merged_lights[light].level;

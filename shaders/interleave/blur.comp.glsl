@@ -11,25 +11,18 @@ layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(constant_id = 0) const uint AXIS = 0u;
 // Whether the input is in the interleaved layout rather than the picture's.
 layout(constant_id = 1) const uint READS_INTERLEAVED = 0u;
-// Weight of a value: none, that of the lighting image's alpha, that of its own alpha (which a first pass left there).
-layout(constant_id = 2) const uint WEIGHTING = 0u;
-const uint BY_LIGHTING = 1u;
-const uint BY_OWN_ALPHA = 2u;
+// Whether values are weighted by their alpha.
+layout(constant_id = 2) const uint WEIGHTED = 0u;
 layout(set = 0, binding = 1) uniform texture2D input_image;
 layout(set = 0, binding = 2, std430) readonly buffer Edges { uint edges[]; };
 layout(set = 0, binding = 3, rgba32f) uniform writeonly image2D out_image;
 layout(set = 0, binding = 4) uniform texture2D depth_image;
-layout(set = 0, binding = 5) uniform texture2D lighting_image;
 
 // The value at a pixel; times its weight, with the weight in alpha, where values are weighted.
 vec4 value_at(ivec2 pixel) {
     ivec2 interleaved = ivec2(interleaved_from_pixel(uvec2(pixel)));
     vec4 value = texelFetch(input_image, READS_INTERLEAVED != 0u ? interleaved : pixel, 0);
-    if (WEIGHTING == 0u) {
-        return value;
-    }
-    float weight = WEIGHTING == BY_LIGHTING ? texelFetch(lighting_image, interleaved, 0).a : value.a;
-    return vec4(value.rgb * weight, weight);
+    return WEIGHTED == 0u ? value : vec4(value.rgb * value.a, value.a);
 }
 
 // Pixels that can be reached from `pixel` along `direction` (+1 or -1) without crossing an edge, at most n.
@@ -95,7 +88,7 @@ void main() {
     if (count < n) {
         average = mix(average_across_edges(pixel, axis), average, float(count) / float(n));
     }
-    if (WEIGHTING != 0u) {
+    if (WEIGHTED != 0u) {
         average.rgb /= max(average.a, 1e-30);
     }
     imageStore(out_image, pixel, average);

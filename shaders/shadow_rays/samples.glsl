@@ -1,5 +1,5 @@
 // The shadow samples of a pixel: which light each reservoir holds, and the ray towards it. Needs frame.glsl, random.glsl,
-// color.glsl, octahedral.glsl, gbuffer.glsl, lights.glsl, original_lights.glsl, scene.glsl and light_rays.glsl.
+// color.glsl, octahedral.glsl, gbuffer.glsl, lights.glsl, original_lights.glsl, light_texels.glsl, scene.glsl and light_rays.glsl.
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(set = 0, binding = 1) uniform texture2D depth_image;
@@ -12,28 +12,41 @@ layout(set = 0, binding = 11, std430) readonly buffer Descent { uint descent[]; 
 layout(set = 0, binding = 12, std430) readonly buffer Representatives { uint representatives[]; };
 layout(set = 0, binding = 13, std430) readonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 14, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
+layout(set = 0, binding = 15, std430) readonly buffer Grid { GridPlacement grid; };
+layout(set = 0, binding = 16, std430) readonly buffer SubImages { uint sub_images[]; };
+layout(set = 0, binding = 24, std430) readonly buffer Occupancy { uint occupancy[]; };
+layout(set = 0, binding = 25, std430) readonly buffer Ranks { uint ranks[]; };
+layout(set = 0, binding = 26, std430) readonly buffer GridLights { GridLight grid_lights[]; };
+layout(set = 0, binding = 27) uniform texture2D light_texels;
 #define RESERVOIR_BINDING 5
 #include "shadow_rays/chosen_lights.glsl"
 // 1: descend from a coarse light to one of the lights S0 it is made of; 0: the chosen light itself.
 layout(constant_id = 0) const uint DESCEND = 1u;
 
 #include "common/level_table.glsl"
+#include "common/occupancy.glsl"
+#include "merge/sub_images.glsl"
+#include "shadow_rays/estimate.glsl"
 #include "descent/tables.glsl"
 #include "descent/representatives.glsl"
 
 // Bounds what one sample may count for: a finer light can lie much nearer than the light it stands for.
 const float MAX_RESPONSE_RATIO = 16.0;
 
-// Where shadow rays start.
+// Where shadow rays start, and the sum of f over the lights that its samples were chosen from.
 struct Receiver {
     vec3 origin;
     vec3 position_ws;
     vec3 normal;
+    float total;
+    // Luminance of all lights, where samples may start at any.
+    float luminance_of_all;
 };
 
 Receiver receiver_at(uvec2 pixel, float depth) {
     uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
     Receiver receiver;
+    receiver.total = texelFetch(lighting_image, ivec2(interleaved_from_pixel(pixel)), 0).a;
     receiver.position_ws = position_from_depth(pixel, depth);
     receiver.normal = unpack_octahedral(normals.x);
     receiver.origin = receiver.position_ws + unpack_octahedral(normals.y) * surface_offset(receiver.position_ws);
@@ -70,12 +83,13 @@ struct Sender {
     uint level;
 };
 
-// A light of S0 that the chosen light is made of, or NO_LIGHT where the way down to one is lost.
-uint original_of(GridLight chosen, inout uint random_state) {
-    if (chosen.level == 0u) {
-        return chosen.vertex;
+// A light of S0 that grid light `index` is made of, or NO_LIGHT where the way down to one is lost. Level 0 has the lights
+// themselves.
+uint original_below(uint index, uint level, inout uint random_state) {
+    if (level == 0u) {
+        return index;
     }
-    uint s1 = descend(chosen.vertex, chosen.level, random_state);
+    uint s1 = descend(index, level, random_state);
     if (s1 == NO_LIGHT) {
         return NO_LIGHT;
     }
@@ -97,7 +111,7 @@ Sender jittered_sender(GridLight chosen, inout uint random_state) {
     return Sender(chosen.position_ws + jitter * sqrt(3.0 * chosen.variance), chosen.lobe, chosen.flux, chosen.level);
 }
 
-// One reservoir's estimate of the unshadowed lighting, and whether something stands before its light. Without light
+// One reservoir's estimate of the unshadowed lighting, per unit of its sum of weights, and whether something stands before its light. Without light
 // towards the receiver there is no ray.
 struct ShadowSample {
     Sender sender;
@@ -109,11 +123,16 @@ struct ShadowSample {
 // The random numbers of a pixel's samples, which are traced in their order.
 uint sampling_state(uint pixel_index) { return hash(pixel_index, sampling_seed() ^ 0x5bd1e995u); }
 
-// Traces the ray of one reservoir. `share` is one over the number of reservoirs.
-ShadowSample trace_sample(Receiver receiver, uint light, float share, inout uint random_state) {
-    GridLight chosen = merged_lights[light];
+// What estimates are per unit of: the sum of f, or nothing where no light has a weight.
+float estimate_unit(Receiver receiver) { return receiver.total > 0.0 ? receiver.total : 1.0; }
+
+#include "shadow_rays/all_ways.glsl"
+
+// A sample that counts as what its light sends, relative to what the chosen light was chosen for.
+ShadowSample sample_of_chosen(Receiver receiver, GridLight chosen, float share, inout uint random_state) {
     ShadowSample result;
-    uint original = DESCEND != 0u ? original_of(chosen, random_state) : NO_LIGHT;
+    result.blocked = false;
+    uint original = DESCEND != 0u ? original_below(chosen.vertex, chosen.level, random_state) : NO_LIGHT;
     if (original != NO_LIGHT) {
         result.sender = original_sender(original);
     } else {
@@ -122,9 +141,7 @@ ShadowSample trace_sample(Receiver receiver, uint light, float share, inout uint
     Sender sender = result.sender;
     result.estimate = sender.flux * (share / max(luminance(sender.flux), 1e-30));
     result.has_ray = true;
-    result.blocked = false;
     if (DESCEND != 0u) {
-        // The sender counts as what it is, relative to what the chosen light was chosen for.
         vec3 offset = sender.position_ws - receiver.position_ws;
         vec3 chosen_offset = chosen.position_ws - receiver.position_ws;
         float response = light_response(offset, length(offset), receiver.normal, sender.lobe, sender.level);
@@ -132,8 +149,50 @@ ShadowSample trace_sample(Receiver receiver, uint light, float share, inout uint
         result.estimate *= min(response / max(expected, 1e-30), MAX_RESPONSE_RATIO);
         result.has_ray = response > 0.0;
     }
+    return result;
+}
+
+// A sample that counts as what its light sends, over the probability of that light on all ways: the mean over samples is
+// what all lights send, whatever the chosen lights stand for.
+ShadowSample sample_of_all_ways(Receiver receiver, uint light, float share, inout uint random_state) {
+    ShadowSample result = ShadowSample(Sender(receiver.position_ws, vec3(0.0), vec3(0.0), 0u), vec3(0.0), false, false);
+    float elsewhere = light == NO_LIGHT ? 1.0 : ELSEWHERE_SHARE;
+    GridLight chosen = merged_lights[light == NO_LIGHT ? 0u : light];
+    Start start = Start(chosen.vertex, chosen.level);
+    bool is_elsewhere = random(random_state) < elsewhere;
+    Start other = start_elsewhere(receiver, random_state);
+    if (is_elsewhere) {
+        start = other;
+    }
+    if (start.light == NO_LIGHT) {
+        return result;
+    }
+    uint original = original_below(start.light, start.level, random_state);
+    if (original == NO_LIGHT) {
+        return result;
+    }
+    result.sender = original_sender(original);
+    vec3 offset = result.sender.position_ws - receiver.position_ws;
+    float response = light_response(offset, length(offset), receiver.normal, result.sender.lobe, 0u);
+    if (response > 0.0) {
+        ChosenFor for_what = chosen_for(original, result.sender.position_ws, receiver);
+        float expected = elsewhere * estimate_unit(receiver) * for_what.elsewhere + (1.0 - elsewhere) * for_what.response;
+        result.estimate = result.sender.flux * (share * response / (expected * max(luminance(result.sender.flux), 1e-30)));
+        result.has_ray = true;
+    }
+    return result;
+}
+
+// Traces the ray of one reservoir, whose light may be NO_LIGHT. `share` is one over the number of reservoirs.
+ShadowSample trace_sample(Receiver receiver, uint light, float share, inout uint random_state) {
+    ShadowSample result = ShadowSample(Sender(receiver.position_ws, vec3(0.0), vec3(0.0), 0u), vec3(0.0), false, false);
+    if (ESTIMATE != ESTIMATE_RATIO) {
+        result = sample_of_all_ways(receiver, light, share, random_state);
+    } else if (light != NO_LIGHT) {
+        result = sample_of_chosen(receiver, merged_lights[light], share, random_state);
+    }
     if (result.has_ray) {
-        result.blocked = is_light_blocked(receiver.origin, sender.position_ws, sender.lobe);
+        result.blocked = is_light_blocked(receiver.origin, result.sender.position_ws, result.sender.lobe);
     }
     return result;
 }

@@ -1,5 +1,6 @@
 // One shadow ray per reservoir, from the pixel to a point on the chosen light (section 3.3). Writes the shadowed
-// and the unshadowed estimate S and U; their ratio is the shadow (Heitz et al. 2018). One thread per pixel.
+// and the unshadowed estimate S and U per unit of the weights that the samples were chosen by, whose sum is in a; their
+// ratio is the shadow (Heitz et al. 2018). One thread per pixel.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/color.glsl"
@@ -7,6 +8,7 @@
 #include "common/gbuffer.glsl"
 #include "common/lights.glsl"
 #include "common/original_lights.glsl"
+#include "common/light_texels.glsl"
 #include "common/scene.glsl"
 #include "common/light_rays.glsl"
 
@@ -28,20 +30,19 @@ void main() {
     bool inside = all(lessThan(pixel, image_size()));
     float depth = inside ? texelFetch(depth_image, ivec2(pixel), 0).x : 0.0;
     uvec2 interleaved = interleaved_from_pixel(pixel);
-    float total = inside ? texelFetch(lighting_image, ivec2(interleaved), 0).a : 0.0;
     vec3 shadowed = vec3(0.0);
     vec3 unshadowed = vec3(0.0);
+    float unit = 0.0;
     uint rays = 0u;
-    if (depth > 0.0 && total > 0.0) {
+    if (depth > 0.0) {
         Receiver receiver = receiver_at(pixel, depth);
+        receiver.luminance_of_all = ESTIMATE == ESTIMATE_RATIO ? 0.0 : luminance_of_all();
+        unit = ESTIMATE == ESTIMATE_RATIO ? receiver.total : estimate_unit(receiver);
         uint index = reservoir_index(interleaved);
         uint random_state = sampling_state(index);
         float share = 1.0 / float(shadow_sample_count());
         for (uint i = 0u; i < shadow_sample_count(); ++i) {
-            uint light = selected_light(index, i);
-            if (light == NO_LIGHT) {
-                continue;
-            }
+            uint light = receiver.total > 0.0 ? selected_light(index, i) : NO_LIGHT;
             ShadowSample result = trace_sample(receiver, light, share, random_state);
             if (result.has_ray) {
                 unshadowed += result.estimate;
@@ -51,8 +52,8 @@ void main() {
         }
     }
     if (inside) {
-        imageStore(out_shadowed, ivec2(pixel), vec4(shadowed, 1.0));
-        imageStore(out_unshadowed, ivec2(pixel), vec4(unshadowed, 1.0));
+        imageStore(out_shadowed, ivec2(pixel), vec4(shadowed, unit));
+        imageStore(out_unshadowed, ivec2(pixel), vec4(unshadowed, unit));
     }
     atomicAdd(rays_of_group, rays);
     barrier();

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::*;
 use crate::settings::{
     CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays,
-    RenderScale, Reservoir, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
+    RenderScale, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -53,7 +53,7 @@ fn no_options_are_the_defaults() {
 fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
-        --shadow-points deviation --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
+        --shadow-points deviation --shadow-estimate corrected --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
     let expected = Settings::default().changed(|s| {
         s.scene.file = Some("a.gltf".into());
@@ -80,6 +80,7 @@ fn every_option_arrives() {
         s.many_lights.shadows = Switch::Off;
         s.lgh.shadow_from = 3;
         s.lgh.shadow_points = ShadowPoints::Deviation;
+        s.lgh.shadow_estimate = ShadowEstimate::Corrected;
         s.lgh.lighting = Some(LightingMode::Volumes);
         s.lgh.reservoir = Some(Reservoir::Race);
         s.tracing.rays = Rays::Query;
@@ -200,7 +201,7 @@ fn mistakes_get_one_sentence() {
 fn help_names_every_option() {
     let help = shown(&["--help"]);
     let options = "--headless --frames --warmup --size --camera --sun --technique --vpls --bounces --levels --alpha \
-        --first-level --interleave --shadow-samples --shadow-from --shadow-points --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
+        --first-level --interleave --shadow-samples --shadow-from --shadow-points --shadow-estimate --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --no-pipeline-cache --print-graph --verbose -v, --quiet \
         --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";
     for option in options.split_whitespace() {

@@ -38,6 +38,7 @@ pub fn add(
             ("HAS_SHADOWS", u32::from(shadows.is_some())),
             ("HAS_DIRECT", u32::from(direct.is_some())),
             ("HAS_SHARE", u32::from(indirect.is_some_and(|i| i.has_share))),
+            ("ESTIMATE", shadows.map_or(0, |s| s.estimate.code())),
         ],
         ..shader("compose/compose", frame.per_pixel())
     };
@@ -48,6 +49,7 @@ pub fn add(
         .bind("indirect_image", lighting, Access::ComputeSampled)
         .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
         .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
+        .bind("typical_image", shadows.map_or(unused, |s| s.typical), Access::ComputeSampled)
         .bind("out_radiance", radiance, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     radiance

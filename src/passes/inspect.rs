@@ -23,7 +23,12 @@ pub struct InspectorInputs {
 /// Adds the pass, one workgroup that looks at the pixel named in the frame's constants; gives an [`InspectedPixel`]
 /// with the surface and its light.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, inputs: &InspectorInputs) -> BufferHandle {
-    let work = ComputeWork { push: vec![0, flags(inputs)], ..shader("inspect/inspect_pixel", Dispatch::groups(1)) };
+    let estimate = inputs.indirect.and_then(|i| i.shadows).map_or(0, |s| s.estimate.code());
+    let work = ComputeWork {
+        push: vec![0, flags(inputs)],
+        constants: vec![("ESTIMATE", estimate)],
+        ..shader("inspect/inspect_pixel", Dispatch::groups(1))
+    };
     let pass = frame.compute("inspect", work).bind("depth_image", gbuffer.depth, Access::ComputeSampled).bind(
         "normals_image",
         gbuffer.normals,
@@ -42,9 +47,7 @@ pub fn add_with_lights(
 ) -> BufferHandle {
     let work = frame.ray_shader("inspect/inspect_pixel_lights", Dispatch::groups(1));
     let work = ComputeWork { push: vec![flags(inputs)], ..work };
-    let pass = shadow_rays::sampling(frame, shape, "inspect", work, gbuffer, samples)
-        .bind("grid", samples.placement, Access::ComputeRead)
-        .bind("sub_images", samples.merged.sub_images, Access::ComputeRead);
+    let pass = shadow_rays::sampling(frame, shape, "inspect", work, gbuffer, samples);
     finish(frame, pass, gbuffer, inputs)
 }
 
@@ -67,6 +70,7 @@ fn finish(frame: &mut Frame, pass: Pass<Work>, gbuffer: &GBuffer, inputs: &Inspe
         .bind("indirect_image", lighting.unwrap_or(unused), Access::ComputeSampled)
         .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
         .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
+        .bind("typical_image", shadows.map_or(unused, |s| s.typical), Access::ComputeSampled)
         .bind("inspected", inspected, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     inspected

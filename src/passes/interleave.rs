@@ -71,26 +71,23 @@ pub fn composite(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, lightin
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
         .bind("edges", edges, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    let input = Input { what: "lighting", image: lighting, lighting, is_lighting: true };
+    let input = Input { what: "lighting", image: lighting, is_lighting: true };
     let blurred = blur(frame, gbuffer, edges, input);
     Composite { lighting: blurred, edges: Some(edges) }
 }
 
 /// Adds the passes that take the n x n pattern out of the shadow estimates: each pixel's are of its sub-image.
-/// `lighting` is in the interleaved layout.
 pub fn smooth_estimates(
     frame: &mut Frame,
     gbuffer: &GBuffer,
     composite: &Composite,
-    lighting: ImageHandle,
     estimates: ShadowEstimates,
 ) -> ShadowEstimates {
     let Some(edges) = composite.edges else { return estimates };
-    let mut smooth = |what, image| blur(frame, gbuffer, edges, Input { what, image, lighting, is_lighting: false });
-    ShadowEstimates {
-        shadowed: smooth("shadowed", estimates.shadowed),
-        unshadowed: smooth("unshadowed", estimates.unshadowed),
-    }
+    let mut smooth = |what, image| blur(frame, gbuffer, edges, Input { what, image, is_lighting: false });
+    let shadowed = smooth("shadowed", estimates.shadowed);
+    let unshadowed = smooth("unshadowed", estimates.unshadowed);
+    ShadowEstimates { shadowed, unshadowed, typical: unshadowed, ..estimates }
 }
 
 /// An image to blur.
@@ -98,9 +95,7 @@ pub fn smooth_estimates(
 struct Input {
     what: &'static str,
     image: ImageHandle,
-    /// The lighting in the interleaved layout, its weight in alpha.
-    lighting: ImageHandle,
-    /// The lighting itself, in the interleaved layout, rather than an estimate in the picture's.
+    /// The lighting, in the interleaved layout, rather than an estimate in the picture's, which counts as much as its alpha.
     is_lighting: bool,
 }
 
@@ -109,11 +104,10 @@ fn blur(frame: &mut Frame, gbuffer: &GBuffer, edges: BufferHandle, input: Input)
     let mut image = input.image;
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let blurred = frame.image(&format!("{}_blurred_{name}", input.what), vk::Format::R32G32B32A32_SFLOAT);
-        let weighting = if input.is_lighting { 0 } else { 1 + axis as u32 };
         let constants = vec![
             ("AXIS", axis as u32),
             ("READS_INTERLEAVED", u32::from(input.is_lighting && axis == 0)),
-            ("WEIGHTING", weighting),
+            ("WEIGHTED", u32::from(!input.is_lighting)),
         ];
         let work = ComputeWork { constants, ..shader("interleave/blur", frame.per_pixel()) };
         let pass = frame
@@ -121,8 +115,7 @@ fn blur(frame: &mut Frame, gbuffer: &GBuffer, edges: BufferHandle, input: Input)
             .bind("input_image", image, Access::ComputeSampled)
             .bind("edges", edges, Access::ComputeRead)
             .bind("out_image", blurred, Access::ComputeWrite)
-            .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
-            .bind("lighting_image", input.lighting, Access::ComputeSampled);
+            .bind("depth_image", gbuffer.depth, Access::ComputeSampled);
         frame.graph.add_pass(pass);
         image = blurred;
     }

@@ -5,7 +5,8 @@ use ash::vk;
 use super::light_shape::LightShape;
 use crate::light_grid::Levels;
 use crate::settings::{
-    CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Lobe, Reservoir, ShadowFilter, ShadowPoints,
+    CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate, ShadowFilter,
+    ShadowPoints,
 };
 
 /// Sizes, capacities and modes of the hierarchy and of what is lit by it.
@@ -31,6 +32,8 @@ pub struct LghShape {
     pub upper_capacity: u32,
     /// Where shadow rays end.
     pub shadow_points: ShadowPoints,
+    /// What is made of the shadow samples.
+    pub shadow_estimate: ShadowEstimate,
     /// How lights reach the pixels.
     pub lighting: LightingMode,
     /// How reservoirs are updated; `Exact` where lights are gathered.

@@ -10,7 +10,7 @@ use super::lgh_shape::LghShape;
 use super::merge::MergedLights;
 use crate::gpu::{ComputeWork, Work};
 use crate::graph::{Access, BufferHandle, ImageHandle, Pass};
-use crate::settings::Reservoir;
+use crate::settings::{Reservoir, ShadowEstimate};
 
 /// Shadowed and unshadowed estimate of the lighting, in the picture's layout.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,10 @@ pub struct ShadowEstimates {
     pub shadowed: ImageHandle,
     /// U.
     pub unshadowed: ImageHandle,
+    /// U once more, filtered more widely where the picture is made of it.
+    pub typical: ImageHandle,
+    /// What the picture is made of.
+    pub estimate: ShadowEstimate,
 }
 
 /// Format of the estimates. Dim channels of strongly coloured lights are out of the range of half floats.
@@ -53,7 +57,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, samples: &Sam
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    ShadowEstimates { shadowed, unshadowed }
+    ShadowEstimates { shadowed, unshadowed, typical: unshadowed, estimate: shape.shadow_estimate }
 }
 
 /// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs.
@@ -67,8 +71,12 @@ pub(super) fn sampling(
 ) -> Pass<Work> {
     let Samples { merged, lights, grid, descent, .. } = samples;
     let exact = shape.reservoir == Reservoir::Exact;
-    let constants =
-        vec![("DESCEND", u32::from(descent.is_some())), ("LOBE", shape.lobe.code()), ("EXACT", u32::from(exact))];
+    let constants = vec![
+        ("DESCEND", u32::from(descent.is_some())),
+        ("LOBE", shape.lobe.code()),
+        ("EXACT", u32::from(exact)),
+        ("ESTIMATE", shape.shadow_estimate.code()),
+    ];
     let push = [&[descent.map_or(0, |d| d.index_bits)], work.push.as_slice()].concat();
     // What is not there is not read, but a binding needs a buffer.
     let unused = grid.ranks;
@@ -79,7 +87,11 @@ pub(super) fn sampling(
         .bind("lighting_image", samples.lighting, Access::ComputeSampled)
         .bind("merged_lights", merged.lights, Access::ComputeRead)
         .bind("reservoirs", samples.reservoirs.unwrap_or(unused), Access::ComputeRead)
-        .bind("level_table", grid.level_table, Access::ComputeRead)
+        .bind("light_texels", merged.texels, Access::ComputeSampled)
+        .bind("grid", samples.placement, Access::ComputeRead)
+        .bind("sub_images", merged.sub_images, Access::ComputeRead)
+        .bind("grid_lights", grid.lights, Access::ComputeRead)
+        .with(|pass| grid.looked_up_by(pass))
         .bind("descent", descent.map_or(unused, |d| d.tables), Access::ComputeRead)
         .bind("representatives", descent.map_or(unused, |d| d.representatives), Access::ComputeRead)
         .with(|pass| lights.read_by(pass))

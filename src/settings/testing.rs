@@ -2,7 +2,8 @@
 
 use super::{
     CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays,
-    RenderScale, Reservoir, Settings, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
+    RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique,
+    View,
 };
 
 /// Settings of which none is the default.
@@ -32,6 +33,7 @@ pub fn every_value_changed() -> Settings {
         s.many_lights.shadows = Switch::Off;
         s.lgh.shadow_from = 3;
         s.lgh.shadow_points = ShadowPoints::Deviation;
+        s.lgh.shadow_estimate = ShadowEstimate::Corrected;
         s.lgh.lighting = Some(LightingMode::Volumes);
         s.lgh.reservoir = Some(Reservoir::Lock);
         s.tracing.rays = Rays::Query;

@@ -192,6 +192,30 @@ pub enum ShadowPoints {
     Deviation,
 }
 
+/// What the picture makes of the shadow samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShadowEstimate {
+    /// The light of the hierarchy times the part of it that the samples find unblocked, as in the paper.
+    Ratio,
+    /// That, with the unshadowed light that the samples find, widely filtered, in place of the hierarchy's.
+    Corrected,
+    /// What the samples find: on average the light of every VPL, whatever the grid lights stand for.
+    Unbiased,
+}
+
+impl ShadowEstimate {
+    /// Its number in shaders (`shadow_rays/estimate.glsl`).
+    #[must_use]
+    pub fn code(self) -> u32 {
+        match self {
+            Self::Ratio => 0,
+            Self::Corrected => 1,
+            Self::Unbiased => 2,
+        }
+    }
+}
+
 /// The filter of the shadow estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

@@ -12,7 +12,9 @@ use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::light_shape::LightShape;
-use gridlight::settings::{CenterWeight, FirstLevelBuild, LevelBuild, Reservoir, ShadowFilter, ShadowPoints, View};
+use gridlight::settings::{
+    CenterWeight, FirstLevelBuild, LevelBuild, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
+};
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
 use gridlight::techniques::lgh::{self, HierarchyOutputs};
 
@@ -166,6 +168,7 @@ pub fn shape(options: Options) -> LghShape {
         grid_capacity: options.grid_capacity.unwrap_or(all),
         upper_capacity: options.grid_capacity.unwrap_or(all),
         shadow_points: ShadowPoints::Descent,
+        shadow_estimate: ShadowEstimate::Ratio,
         lighting: gridlight::settings::LightingMode::Gather,
         reservoir: Reservoir::Lock,
         build: options.build,

@@ -131,9 +131,10 @@ fn filtered(frame: &Frame, images: &Images, by: &Iteration, x: i32, y: i32) -> (
     let support = alike - by.kernel[0] * by.kernel[0];
     let may_relax = by.step_px <= by.last_relaxed_step;
     let lack = if may_relax { (1.0 - support / by.min_support).clamp(0.0, 1.0) } else { 0.0 };
+    let unit = images.shadowed[center][3];
     let mean = |strict: [f64; 3], relaxed: [f64; 3], total: f64| -> Texel {
         let [r, g, b] = std::array::from_fn(|i| (strict[i] + lack * relaxed[i]) / total);
-        [r, g, b, 1.0]
+        [r, g, b, unit]
     };
     let total = strict.weight + lack * relaxed.weight;
     let shadowed = mean(strict.shadowed, relaxed.shadowed, total);

@@ -68,23 +68,15 @@ struct Blur<'a> {
     frame: &'a Frame,
     edges: Vec<u32>,
     input: Vec<Texel>,
-    /// The lighting in the interleaved layout, whose alpha may be the weight.
-    lighting: Vec<Texel>,
     n: i32,
     /// 0: along x; 1: along y.
     axis: u32,
     /// The input is in the interleaved layout.
     reads_interleaved: bool,
-    weighting: Weighting,
+    /// Values count as much as their alpha.
+    is_weighted: bool,
     /// Edges stop it.
     stops: bool,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Weighting {
-    None,
-    ByLighting,
-    ByOwnAlpha,
 }
 
 impl<'a> Blur<'a> {
@@ -96,20 +88,14 @@ impl<'a> Blur<'a> {
             0 => frame.floats("shadow_rays", what),
             _ => frame.floats(&format!("interleave/blur_{what}_x"), &format!("{what}_blurred_x")),
         };
-        let weighting = match axis {
-            _ if is_lighting => Weighting::None,
-            0 => Weighting::ByLighting,
-            _ => Weighting::ByOwnAlpha,
-        };
         Self {
             frame,
             edges: found_edges(frame),
             input,
-            lighting: frame.floats("light_gather", "lighting"),
             n: frame.n,
             axis,
             reads_interleaved: is_lighting && axis == 0,
-            weighting,
+            is_weighted: !is_lighting,
             stops: true,
         }
     }
@@ -123,12 +109,8 @@ impl<'a> Blur<'a> {
         let interleaved = self.frame.interleaved_index(x, y);
         let pixel = self.frame.surfaces.index(x, y).unwrap();
         let value = self.input[if self.reads_interleaved { interleaved } else { pixel }];
-        let weight = match self.weighting {
-            Weighting::None => return value,
-            Weighting::ByLighting => self.lighting[interleaved][3],
-            Weighting::ByOwnAlpha => value[3],
-        };
-        [value[0] * weight, value[1] * weight, value[2] * weight, weight]
+        let weight = if self.is_weighted { value[3] } else { 1.0 };
+        [value[0] * weight, value[1] * weight, value[2] * weight, value[3]]
     }
 
     /// Pixels up to n that can be reached in a direction without crossing an edge.
@@ -178,7 +160,7 @@ impl<'a> Blur<'a> {
             let share = f64::from(count) / f64::from(n);
             if count < n { std::array::from_fn(|i| inside[i] * share + across[i] * (1.0 - share)) } else { inside }
         };
-        if self.weighting != Weighting::None {
+        if self.is_weighted {
             let weight = mean[3].max(1e-30);
             mean[..3].iter_mut().for_each(|channel| *channel /= weight);
         }

@@ -10,7 +10,9 @@ use crate::light_grid::Levels;
 use crate::passes::FrameShape;
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
-use crate::settings::{FirstLevelBuild, LevelBuild, LightingMode, Reservoir, ShadowFilter, ShadowPoints, View};
+use crate::settings::{
+    FirstLevelBuild, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
+};
 use crate::techniques::testing::all_shapes;
 
 fn frame_shape() -> FrameShape {
@@ -47,6 +49,7 @@ fn lgh() -> LghShape {
         grid_capacity: 64,
         upper_capacity: 32,
         shadow_points: ShadowPoints::Descent,
+        shadow_estimate: ShadowEstimate::Ratio,
         lighting: LightingMode::Gather,
         reservoir: Reservoir::Exact,
         build: LevelBuild::Cascade,

@@ -4,7 +4,8 @@ use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{above_zero, require, within};
 use crate::settings::{
-    CenterWeight, FirstLevelBuild, LevelBuild, Levels, LightingMode, Lobe, Reservoir, ShadowFilter, ShadowPoints,
+    CenterWeight, FirstLevelBuild, LevelBuild, Levels, LightingMode, Lobe, Reservoir, ShadowEstimate, ShadowFilter,
+    ShadowPoints,
 };
 use crate::shared::{MAX_LEVEL, MIN_TOP_LEVEL};
 
@@ -47,6 +48,16 @@ settings_group! {
             long, value_enum, hide_possible_values = true, value_name = "descent|deviation", help_heading = "Shadows"
         )]
         pub shadow_points: ShadowPoints = ShadowPoints::Descent,
+        /// What is made of the shadow samples: a ratio that darkens the hierarchy's light as in the paper, the same with
+        /// the hierarchy's error taken out, or the unbiased sum of what they find [default: ratio]
+        #[arg(
+            long,
+            value_enum,
+            hide_possible_values = true,
+            value_name = "ratio|corrected|unbiased",
+            help_heading = "Shadows"
+        )]
+        pub shadow_estimate: ShadowEstimate = ShadowEstimate::Ratio,
         /// How lights reach the pixels: gathered by tiles of pixels, or drawn as volumes [default: gather, volumes with
         /// --reservoir race or lock]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "volumes|gather", help_heading = "Shadows")]

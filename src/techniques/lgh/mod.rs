@@ -17,7 +17,7 @@ use crate::job::Job;
 use crate::passes::Frame;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
-use crate::settings::{Settings, ShadowFilter, View, name};
+use crate::settings::{Settings, ShadowEstimate, ShadowFilter, ShadowPoints, View, name};
 use crate::shared::{FrameData, InspectedPixel};
 use crate::uploaded_scene::UploadedScene;
 
@@ -52,6 +52,11 @@ impl Technique for Lgh {
         if needs_shadows(view) {
             settings.require_shadow_samples(&format!("view {}", name(&view)))?;
         }
+        let (estimate, points) = (settings.lgh.shadow_estimate, settings.lgh.shadow_points);
+        require(estimate == ShadowEstimate::Ratio || points == ShadowPoints::Descent, || {
+            let estimate = name(&estimate);
+            format!("shadow-estimate {estimate} needs rays that end on lights: choose shadow-points descent")
+        })?;
         require(view != View::ShadowRatioFiltered || settings.lgh.filter != ShadowFilter::None, || {
             let view = name(&view);
             format!("view {view} needs a filter, and filter none is none: choose view shadow-ratio, or filter atrous")

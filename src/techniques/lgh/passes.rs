@@ -141,7 +141,7 @@ pub(super) fn filter_shadows(
     lit: &Lit,
     estimates: ShadowEstimates,
 ) -> ShadowEstimates {
-    let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, lit.lighting.image, estimates);
+    let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
     match shape.filter {
         ShadowFilter::Atrous => atrous::add(frame, gbuffer, lit.composite.lighting, estimates),
         ShadowFilter::None => estimates,

@@ -1,0 +1,154 @@
+// With which probability a light of S0 is a pixel's sample, on whatever way. A light is part of the eight grid lights
+// around it on every level, and each of them that may be chosen leads down to it in proportion to its share. Needs
+// samples.glsl up to its bindings.
+
+// Share of the samples that start elsewhere than at the light of a reservoir: on a level chosen at random, at a grid light
+// beside the receiver, or on the top level at any. So every light has some probability, those nearby more than others, also
+// where the grid lights that stand for it are out of reach or behind the surface.
+const float ELSEWHERE_SHARE = 0.125;
+
+// Luminance of all lights.
+float luminance_of_all() {
+    float sum = 0.0;
+    for (uint i = 0u; i < level_count(top_level()); ++i) {
+        sum += grid_lights[level_first(top_level()) + i].luminance;
+    }
+    return sum;
+}
+
+// A grid light and its level, where a sample starts.
+struct Start {
+    uint light;
+    uint level;
+};
+
+// A light of the top level, chosen by luminance.
+uint top_light(float all, float random_number) {
+    float target = random_number * all;
+    uint light = level_first(top_level());
+    uint last = light + level_count(top_level()) - 1u;
+    for (; light < last && target >= grid_lights[light].luminance; ++light) {
+        target -= grid_lights[light].luminance;
+    }
+    return light;
+}
+
+// Where a sample starts that has nothing to do with reservoirs. NO_LIGHT where the vertex beside the receiver, chosen by its
+// trilinear weight, has none.
+Start start_elsewhere(Receiver receiver, inout uint random_state) {
+    uint level = 1u + min(uint(random(random_state) * float(top_level())), top_level() - 1u);
+    vec3 numbers = vec3(random(random_state), random(random_state), random(random_state));
+    if (level == top_level()) {
+        return Start(level_count(level) == 0u ? NO_LIGHT : top_light(receiver.luminance_of_all, numbers.x), level);
+    }
+    vec3 cells = grid_position(receiver.position_ws, grid, level);
+    uvec3 vertex = min(uvec3(cells + numbers), uvec3(vertices_per_axis(level) - 1u));
+    return Start(grid_light_at(vertex, level), level);
+}
+
+// What light `index` of the merged list sends to a receiver per unit of luminance, as it was chosen by.
+float blended_response(uint index, Receiver receiver, uint level) {
+    vec4 position_radius = texelFetch(light_texels, light_texel(index, 0u), 0);
+    vec3 lobe = texelFetch(light_texels, light_texel(index, 1u), 0).xyz;
+    vec3 offset = position_radius.xyz - receiver.position_ws;
+    float distance = length(offset);
+    float weight = blend_weight(distance, position_radius.w, level, first_level(), top_level());
+    return weight * light_response(offset, distance, receiver.normal, lobe, level);
+}
+
+// What is the same for all lights of a level.
+struct DealtLevel {
+    uint level;
+    // Number of lights before they are dealt.
+    uint count;
+    // Whether reservoirs may hold them.
+    bool is_chosen_from;
+};
+
+DealtLevel dealt_level(uint level, uint count) {
+    return DealtLevel(level, count, level >= max(first_level(), first_shadow_level()));
+}
+
+// The response of light `index` of a level, on average over the sub-images: one of them has it n^2 times as bright, or all
+// as it is. A pixel's own sub-image alone would leave most lights to samples from elsewhere; as it is, estimates are right
+// on average over n x n pixels, which are blurred together.
+float dealt_response(uint index, DealtLevel dealt, Receiver receiver) {
+    if (!dealt.is_chosen_from) {
+        return 0.0;
+    }
+    uint sub_image_count = interleave() * interleave();
+    bool has_all = dealt.count < sub_image_count;
+    uint sub_image = has_all ? 0u : index % sub_image_count;
+    uint merged = sub_images[SUB_IMAGE_STRIDE * sub_image + dealt.level] + (has_all ? index : index / sub_image_count);
+    return blended_response(merged, receiver, dealt.level);
+}
+
+uvec3 corner_of(uint i) { return uvec3(i & 1u, (i >> 1u) & 1u, i >> 2u); }
+
+// Trilinear weight of a vertex for a position, both in cells of the vertex's level.
+float hat(vec3 position, vec3 vertex) {
+    vec3 w = max(1.0 - abs(position - vertex), vec3(0.0));
+    return w.x * w.y * w.z;
+}
+
+// Corners of a cell that may lead to its lights, as bits: whose grid light, which lies within a cell of its vertex, may be in
+// reach and before the surface, or which are beside the receiver. Asked first, because most corners end here, and devices
+// that run pixels in lockstep pay for whatever follows in a loop as often as the worst of them.
+uint leading_corners(uvec3 cell, uint level, Receiver receiver, vec3 receiver_cells) {
+    vec3 from = (receiver.position_ws - grid.origin_ws) / cell_size(grid.h_top, level);
+    float spread = abs(receiver.normal.x) + abs(receiver.normal.y) + abs(receiver.normal.z);
+    uint bits = 0u;
+    for (uint i = 0u; i < 8u; ++i) {
+        vec3 vertex = vec3(cell + corner_of(i));
+        vec3 offset = abs(vertex - from);
+        vec3 nearest = max(offset - 1.0, vec3(0.0));
+        vec3 farthest = offset + 1.0;
+        bool near = level == top_level() || dot(nearest, nearest) < 4.001 * alpha() * alpha();
+        bool far = level == first_level() || dot(farthest, farthest) > 0.249 * alpha() * alpha();
+        bool before = dot(receiver.normal, vertex - from) > -1.001 * spread;
+        bool beside = level != top_level() && hat(receiver_cells, vertex) > 0.0;
+        bits |= uint((near && far && before) || beside) << i;
+    }
+    return bits;
+}
+
+// What a light of S0 is chosen for, all ways together, per unit of its luminance: from the reservoirs (over the sum of all
+// weights f it is the probability), and from elsewhere.
+struct ChosenFor {
+    float response;
+    float elsewhere;
+};
+
+void add_level(inout ChosenFor sum, vec3 position_ws, uint level, Receiver receiver) {
+    vec3 cells = grid_position(position_ws, grid, level);
+    vec3 receiver_cells = grid_position(receiver.position_ws, grid, level);
+    uvec3 cell = cell_of(cells, level);
+    DealtLevel dealt = dealt_level(level, level_count(level));
+    uint first_rank = ranks[first_word(level)];
+    uint first_light = level_first(level);
+    for (uint bits = leading_corners(cell, level, receiver, receiver_cells); bits != 0u; bits &= bits - 1u) {
+        uvec3 vertex = cell + corner_of(uint(findLSB(bits)));
+        uint word = occupancy_word(vertex, level);
+        uint bit = 1u << (vertex.x % 32u);
+        uint occupied = occupancy[word];
+        uint rank = ranks[word] - first_rank + uint(bitCount(occupied & (bit - 1u)));
+        if ((occupied & bit) != 0u && rank < dealt.count) {
+            float share = hat(cells, vec3(vertex));
+            float beside = level == top_level() ? 0.0 : hat(receiver_cells, vec3(vertex));
+            sum.elsewhere += share * beside / max(grid_lights[first_light + rank].luminance, 1e-37);
+            sum.response += share * dealt_response(rank, dealt, receiver);
+        }
+    }
+}
+
+ChosenFor chosen_for(uint light, vec3 position_ws, Receiver receiver) {
+    ChosenFor sum = ChosenFor(0.0, 1.0 / receiver.luminance_of_all);
+    for (uint level = 1u; level <= top_level(); ++level) {
+        add_level(sum, position_ws, level, receiver);
+    }
+    if (first_level() == 0u) {
+        sum.response += dealt_response(light, dealt_level(0u, grid.light_count), receiver);
+    }
+    sum.elsewhere /= float(top_level());
+    return sum;
+}

@@ -57,7 +57,7 @@ fn settings() -> Settings {
 
 /// Pixels among `shadows` whose channels `a` and `b` differ.
 fn differing(shadows: &[Vec3], [a, b]: [usize; 2]) -> usize {
-    shadows.iter().filter(|s| !((s[a] - s[b]).abs() <= TOLERANCE)).count()
+    shadows.len() - shadows.iter().filter(|s| (s[a] - s[b]).abs() <= TOLERANCE).count()
 }
 
 fn some_are_dark(shadows: &[Vec3]) -> bool {

@@ -1,7 +1,7 @@
 //! What the stages of the error report render: a list of recipes, made from the settings alone.
 
 use crate::cli::ErrorReportOptions;
-use crate::settings::{LevelBuild, Settings, ShadowFilter, Switch, Technique};
+use crate::settings::{LevelBuild, Settings, ShadowEstimate, ShadowFilter, Switch, Technique};
 
 /// The frames that a picture comes from. All of them have the same light paths and sampling points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,7 +112,10 @@ impl Planner<'_> {
         notes.push(
             "Where no sample of a frame carries light, the shadow of the pixels around it takes its place.".to_owned(),
         );
-        let cause = "A few shadow rays to chosen lights darken all of the light by one ratio.";
+        let cause = match self.settings.lgh.shadow_estimate {
+            ShadowEstimate::Ratio => "A few shadow rays to chosen lights darken all of the light by one ratio.",
+            ShadowEstimate::Corrected | ShadowEstimate::Unbiased => "A few shadow rays to chosen lights stand for all.",
+        };
         let reference = self.every_vpl(self.settings.many_lights.clamp, Switch::On);
         stage("shadow sampling", cause, reference, self.mean(ShadowFilter::None, 1), notes)
     }

@@ -103,9 +103,11 @@ fn every_option_arrives() {
         s.window.render_scale = RenderScale::Fixed(0.25);
     });
     assert_eq!(settings(&line.split_whitespace().collect::<Vec<_>>()), expected);
-    // The technique that has most of them, and one frame.
-    let keys = expected.differences(&Settings::default()).unwrap().len() + ["technique", "accumulate"].len();
+    // The technique that has most of them, one frame, and the ends of shadow rays that the estimate needs.
+    let as_by_default = ["technique", "accumulate", "shadow-points"];
+    let keys = expected.differences(&Settings::default()).unwrap().len() + as_by_default.len();
     assert_eq!(keys, Settings::keys().count());
+    assert_eq!(settings(&["--shadow-points", "deviation"]).lgh.shadow_points, ShadowPoints::Deviation);
     assert_eq!(settings(&["--technique", "direct"]).render.technique, Technique::Direct);
     assert_eq!(settings(&["--levels", "auto", "--exposure", "auto"]), settings(&[]));
     // Views are of one frame.

@@ -3,72 +3,26 @@
 mod common;
 
 use ash::vk::Format;
+use common::counter::Counter;
 use common::gpu;
 use common::rooms::{add_quad, furnished_room};
 use glam::Vec3;
 use gridlight::gpu::{ComputeWork, Executor, ScenePart, TransferOp, Work};
-use gridlight::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass};
+use gridlight::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass};
 use gridlight::passes::{shader, threads};
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Settings, Size, Technique};
 use gridlight::shared::PunctualLight;
 
-/// A frame that counts frames in a buffer and in an image.
-struct Counter {
-    executor: Executor,
-    count: History<BufferHandle>,
-    image: History<ImageHandle>,
-}
-
-impl Counter {
-    fn new(gpu: &common::GpuTest) -> Self {
-        let mut graph = Graph::new();
-        let constants = graph.transient_buffer("constants", 16);
-        let count = graph.history_buffer("count", 4);
-        let image = graph.history_image("count_image", ImageInfo::new(Format::R32_UINT, 1, 1));
-        let setup = Work::Transfer(vec![TransferOp::FrameData { buffer: constants }]);
-        graph.add_pass(Pass::new("setup", setup).uses(constants, Access::TransferWrite));
-        let count_pass = Pass::new("count_frames", Work::Compute(shader("tests/count_frames", threads(1))))
-            .bind("constants", constants, Access::ComputeUniform)
-            .bind("previous_count", count.previous, Access::ComputeRead)
-            .bind("count", count.current, Access::ComputeWrite)
-            .bind("previous_count_image", image.previous, Access::ComputeSampled)
-            .bind("count_image", image.current, Access::ComputeWrite);
-        graph.add_pass(count_pass);
-        Self { executor: Executor::new(&gpu.gpu, graph, None).unwrap(), count, image }
-    }
-
-    fn constants(&self) -> [u32; 4] {
-        [u32::from(self.executor.history_is_valid()), 0, 0, 0]
-    }
-
-    /// Runs so many frames, two in flight, and gives both counts.
-    fn run(&mut self, frames: u32) -> [u32; 2] {
-        let mut before = None;
-        for _ in 0..frames {
-            let constants = self.constants();
-            let ticket = self.executor.submit(bytemuck::cast_slice(&constants)).unwrap();
-            if let Some(before) = before.replace(ticket) {
-                self.executor.wait(before).unwrap();
-            }
-        }
-        if let Some(last) = before {
-            self.executor.wait(last).unwrap();
-        }
-        self.counts(self.count.current, self.image.current)
-    }
-
-    fn counts(&self, buffer: BufferHandle, image: ImageHandle) -> [u32; 2] {
-        let word = |bytes: Vec<u8>| bytemuck::pod_read_unaligned(&bytes[..4]);
-        [word(self.executor.read_buffer(buffer).unwrap()), word(self.executor.read_image(image).unwrap())]
-    }
+fn one_texel_counter(gpu: &common::GpuTest) -> Counter {
+    Counter::new(gpu, ImageInfo::new(Format::R32_UINT, 1, 1), 0)
 }
 
 #[test]
 fn what_each_frame_adds_one_to_counts_frames_from_the_last_cut() {
     let gpu = gpu();
-    let mut counter = Counter::new(&gpu);
+    let mut counter = one_texel_counter(&gpu);
     assert!(!counter.executor.history_is_valid(), "nothing was before the first frame");
     assert_eq!(counter.run(1), [1, 1]);
     assert!(counter.executor.history_is_valid());
@@ -79,14 +33,14 @@ fn what_each_frame_adds_one_to_counts_frames_from_the_last_cut() {
     assert_eq!(counter.run(6), [13, 13], "two frames in flight");
     counter.executor.invalidate_history();
     assert_eq!(counter.run(4), [4, 4], "from the cut on");
-    let mut other = Counter::new(&gpu);
+    let mut other = one_texel_counter(&gpu);
     assert_eq!(other.run(3), [3, 3], "another size is another executor, which starts anew");
 }
 
 #[test]
 fn a_dump_repeats_the_last_frame_with_the_history_it_had() {
     let gpu = gpu();
-    let mut counter = Counter::new(&gpu);
+    let mut counter = one_texel_counter(&gpu);
     for frames in 1..5 {
         let valid = counter.constants();
         assert_eq!(counter.run(1), [frames; 2]);

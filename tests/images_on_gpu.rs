@@ -3,9 +3,10 @@
 mod common;
 
 use ash::vk::{self, Format};
+use common::counter::Counter;
 use common::{GpuTest, gpu};
-use gridlight::gpu::{ColorTarget, ComputeWork, Dispatch, Executor, RasterWork, TransferOp, Work};
-use gridlight::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass};
+use gridlight::gpu::{ColorTarget, ComputeWork, Dispatch, Executor, RasterWork, Work};
+use gridlight::graph::{Access, Graph, ImageHandle, ImageInfo, Pass};
 use gridlight::passes::{Extent, shader, threads};
 
 const FORMAT: Format = Format::R32_UINT;
@@ -187,35 +188,13 @@ fn layers_and_volumes_are_filled_level_by_level() {
     }
 }
 
-/// Adds one to what the frame before left, in one level of an image.
-fn count_in_level(gpu: &GpuTest, level: u32) -> (Executor, History<ImageHandle>, BufferHandle) {
-    let mut graph = Graph::new();
-    let constants = graph.transient_buffer("constants", 16);
-    let count = graph.history_buffer("count", 4);
-    let image = graph.history_image("count_image", ImageInfo::new(FORMAT, 4, 4).with_levels(3));
-    let setup = Work::Transfer(vec![TransferOp::FrameData { buffer: constants }]);
-    graph.add_pass(Pass::new("setup", setup).uses(constants, Access::TransferWrite));
-    let pass = Pass::new("count_frames", Work::Compute(shader("tests/count_frames", threads(1))))
-        .bind("constants", constants, Access::ComputeUniform)
-        .bind("previous_count", count.previous, Access::ComputeRead)
-        .bind("count", count.current, Access::ComputeWrite)
-        .bind("previous_count_image", image.previous.level(level), Access::ComputeSampled)
-        .bind("count_image", image.current.level(level), Access::ComputeWrite);
-    graph.add_pass(pass);
-    (Executor::new(&gpu.gpu, graph, None).unwrap(), image, count.current)
-}
-
 #[test]
 fn a_history_has_levels_of_its_own() {
     let gpu = gpu();
     for level in 0..3 {
-        let (mut executor, image, count) = count_in_level(&gpu, level);
-        for frame in 1..6_u32 {
-            let constants = [u32::from(executor.history_is_valid()), 0, 0, 0];
-            let ticket = executor.submit(bytemuck::cast_slice(&constants)).unwrap();
-            executor.wait(ticket).unwrap();
-            assert_eq!(words(&executor.read_buffer(count).unwrap()), [frame]);
-            assert_eq!(words(&executor.read_image(image.current.level(level)).unwrap())[0], frame, "level {level}");
+        let mut counter = Counter::new(&gpu, ImageInfo::new(FORMAT, 4, 4).with_levels(3), level);
+        for frame in 1..6 {
+            assert_eq!(counter.run(1), [frame; 2], "level {level}");
         }
     }
 }

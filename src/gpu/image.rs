@@ -8,7 +8,9 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::check;
 use super::device::Device;
+use super::physical::{image_create_info, view_create_info};
 use crate::error::{Error, Result};
+use crate::graph::ImageInfo;
 
 /// A sampled image that owns its memory, with a view of all of it.
 pub struct Image {
@@ -18,46 +20,22 @@ pub struct Image {
     gpu: Arc<Device>,
 }
 
-/// Shape of a sampled image.
-#[derive(Clone, Copy, Debug)]
-pub struct TextureInfo {
-    /// Texel format.
-    pub format: vk::Format,
-    /// Width in texels.
-    pub width_px: u32,
-    /// Height in texels.
-    pub height_px: u32,
-    /// Mip levels.
-    pub mips: u32,
-    /// Array layers.
-    pub layers: u32,
-    /// Whether the view is an array view.
-    pub array: bool,
-    /// Usage besides being uploaded and sampled.
-    pub other_usage: vk::ImageUsageFlags,
-}
-
 impl Image {
-    /// Creates a texture: transfer destination and sampled.
+    /// Creates a texture: transfer destination, sampled, and what else it is used for.
     ///
     /// # Errors
     /// [`Error::Memory`] when there is no memory for it.
-    pub fn texture(gpu: &Arc<Device>, name: &str, info: TextureInfo) -> Result<Self> {
-        let create = vk::ImageCreateInfo::default()
-            .image_type(vk::ImageType::TYPE_2D)
-            .format(info.format)
-            .extent(vk::Extent3D { width: info.width_px, height: info.height_px, depth: 1 })
-            .mip_levels(info.mips)
-            .array_layers(info.layers)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .tiling(vk::ImageTiling::OPTIMAL)
-            .usage(vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::SAMPLED | info.other_usage);
+    pub fn texture(gpu: &Arc<Device>, name: &str, info: &ImageInfo, other_usage: vk::ImageUsageFlags) -> Result<Self> {
+        let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::SAMPLED | other_usage;
+        let create = image_create_info(info, usage);
         // SAFETY: valid create info within the device's limits; destroyed in `drop`.
         let raw = check(name, unsafe { gpu.device.create_image(&create, None) })?;
         gpu.set_name(raw, name);
         let mut image = Self { raw, view: vk::ImageView::null(), allocation: None, gpu: Arc::clone(gpu) };
         image.bind(name)?;
-        image.view = create_view(gpu, name, raw, &info)?;
+        let view = view_create_info(raw, info, 0..info.level_count);
+        // SAFETY: the image is alive and bound; the view is destroyed before it.
+        image.view = check(name, unsafe { gpu.device.create_image_view(&view, None) })?;
         Ok(image)
     }
 
@@ -81,22 +59,6 @@ impl Image {
         self.allocation = Some(allocation);
         check(name, bound)
     }
-}
-
-fn create_view(gpu: &Device, name: &str, raw: vk::Image, info: &TextureInfo) -> Result<vk::ImageView> {
-    let view = vk::ImageViewCreateInfo::default()
-        .image(raw)
-        .view_type(if info.array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D })
-        .format(info.format)
-        .subresource_range(vk::ImageSubresourceRange {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            base_mip_level: 0,
-            level_count: info.mips,
-            base_array_layer: 0,
-            layer_count: info.layers,
-        });
-    // SAFETY: the image is alive and bound; the view is destroyed before it.
-    check(name, unsafe { gpu.device.create_image_view(&view, None) })
 }
 
 impl Drop for Image {

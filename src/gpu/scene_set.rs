@@ -10,12 +10,13 @@ use super::buffer::Buffer;
 use super::check;
 use super::descriptors::{Bound, Sets};
 use super::device::Device;
-use super::image::{Image, TextureInfo};
+use super::image::Image;
 use super::physical::Physical;
 use super::transfer::{Subresource, upload_buffer, upload_image};
 use super::word_image::WordImage;
 use super::work::StructureLevel;
 use crate::error::{Error, Result};
+use crate::graph::ImageInfo;
 use crate::scene::Draw;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::MipChain;
@@ -274,16 +275,8 @@ fn storage_buffer(gpu: &Arc<Device>, name: &str, bytes: &[u8], usage: vk::Buffer
 fn upload_textures(gpu: &Arc<Device>, data: &SceneData<'_>) -> Result<Vec<Image>> {
     let srgb = vk::Format::R8G8B8A8_SRGB;
     let edge = data.albedo_size_px;
-    let info = TextureInfo {
-        format: srgb,
-        width_px: edge,
-        height_px: edge,
-        mips: 1,
-        layers: data.albedo_layers.len() as u32,
-        array: true,
-        other_usage: vk::ImageUsageFlags::empty(),
-    };
-    let array = Image::texture(gpu, "albedo array", info)?;
+    let info = ImageInfo::new(srgb, edge, edge).with_layers(data.albedo_layers.len() as u32);
+    let array = Image::texture(gpu, "albedo array", &info, vk::ImageUsageFlags::empty())?;
     let layers: Vec<_> = data
         .albedo_layers
         .iter()
@@ -309,16 +302,8 @@ fn upload_mips(gpu: &Arc<Device>, name: &str, format: vk::Format, mips: &MipChai
             "{name} is {width_px}x{height_px}, this device's images end at {limit}x{limit}"
         )));
     }
-    let info = TextureInfo {
-        format,
-        width_px,
-        height_px,
-        mips: mips.len() as u32,
-        layers: 1,
-        array: false,
-        other_usage: vk::ImageUsageFlags::empty(),
-    };
-    let image = Image::texture(gpu, name, info)?;
+    let info = ImageInfo::new(format, width_px, height_px).with_levels(mips.len() as u32);
+    let image = Image::texture(gpu, name, &info, vk::ImageUsageFlags::empty())?;
     let parts: Vec<_> = mips
         .iter()
         .enumerate()

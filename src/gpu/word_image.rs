@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::descriptors::Bound;
 use super::device::Device;
-use super::image::{Image, TextureInfo};
+use super::image::Image;
 use super::physical::Physical;
 use super::transfer::{Subresource, download_image, upload_image};
 use crate::error::{Error, Result};
@@ -21,7 +21,7 @@ const TEXEL_BYTES: usize = 16;
 /// Bytes in rows of [`WORD_ROW_TEXELS`] texels. Why not a buffer: `docs/bvh.md`.
 pub(super) struct WordImage {
     image: Image,
-    rows: u32,
+    info: ImageInfo,
     size_bytes: usize,
 }
 
@@ -33,22 +33,15 @@ impl WordImage {
     pub fn new(gpu: &Arc<Device>, name: &str, bytes: &[u8]) -> Result<Self> {
         let most = gpu.report().limits.image_rows;
         let rows = rows(name, bytes.len(), most)?;
-        let info = TextureInfo {
-            format: FORMAT,
-            width_px: WORD_ROW_TEXELS,
-            height_px: rows,
-            mips: 1,
-            layers: 1,
-            array: false,
-            // Read back for dumps, and written by passes; every device can store this format.
-            other_usage: vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::STORAGE,
-        };
-        let image = Image::texture(gpu, name, info)?;
+        // Read back for dumps, and written by passes; every device can store this format.
+        let usage = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::STORAGE;
+        let info = ImageInfo::new(FORMAT, WORD_ROW_TEXELS, rows);
+        let image = Image::texture(gpu, name, &info, usage)?;
         let mut texels = bytes.to_vec();
         texels.resize(rows as usize * WORD_ROW_TEXELS as usize * TEXEL_BYTES, 0);
         let all = Subresource { mip: 0, layer: 0, width_px: WORD_ROW_TEXELS, height_px: rows, texels: &texels };
         upload_image(gpu, &image, &[all])?;
-        Ok(Self { image, rows, size_bytes: bytes.len() })
+        Ok(Self { image, info, size_bytes: bytes.len() })
     }
 
     pub fn bound(&self) -> Bound {
@@ -57,17 +50,13 @@ impl WordImage {
 
     /// As a resource of a frame.
     pub fn physical(&self) -> Physical {
-        Physical::Image { raw: self.image.raw, view: self.image.view, info: self.info() }
-    }
-
-    fn info(&self) -> ImageInfo {
-        ImageInfo::new(FORMAT, WORD_ROW_TEXELS, self.rows)
+        Physical::Image { raw: self.image.raw, view: self.image.view, info: self.info }
     }
 
     /// The bytes as uploaded; waits.
     pub fn read_back(&self, gpu: &Arc<Device>) -> Result<Vec<u8>> {
         let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-        let mut bytes = download_image(gpu, self.image.raw, &self.info(), 0, layout)?;
+        let mut bytes = download_image(gpu, self.image.raw, &self.info, 0, layout)?;
         bytes.truncate(self.size_bytes);
         Ok(bytes)
     }

@@ -141,15 +141,19 @@ impl ImageInfo {
     /// Levels down to a single texel.
     #[must_use]
     pub fn most_levels(&self) -> u32 {
-        let depth_px = if let ImageDepth::Texels(depth_px) = self.depth { depth_px } else { 1 };
-        u32::BITS - self.width_px.max(self.height_px).max(depth_px).leading_zeros()
+        let longest = self.size_px().into_iter().max().unwrap_or_default();
+        u32::BITS - longest.leading_zeros()
     }
 
     /// Width, height and depth of a level in texels; the depth of flat images and of arrays is 1.
     #[must_use]
     pub fn level_size_px(&self, level: u32) -> [u32; 3] {
+        self.size_px().map(|size| size.checked_shr(level).unwrap_or(0).max(1))
+    }
+
+    fn size_px(&self) -> [u32; 3] {
         let depth_px = if let ImageDepth::Texels(depth_px) = self.depth { depth_px } else { 1 };
-        [self.width_px, self.height_px, depth_px].map(|size| (size.checked_shr(level).unwrap_or(0)).max(1))
+        [self.width_px, self.height_px, depth_px]
     }
 
     /// Array layers; 1 for images that are no array.
@@ -161,11 +165,7 @@ impl ImageInfo {
     /// Whether there is not a single texel.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        let depth = match self.depth {
-            ImageDepth::Flat => 1,
-            ImageDepth::Layers(depth) | ImageDepth::Texels(depth) => depth,
-        };
-        [self.width_px, self.height_px, depth, self.level_count].contains(&0)
+        self.size_px().contains(&0) || [self.layer_count(), self.level_count].contains(&0)
     }
 
     /// Whether the format has a depth aspect (`D32_SFLOAT` is the only one used).

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "every test binary uses another part")]
 
 pub mod compare;
+pub mod counter;
 pub mod hierarchy;
 pub mod light_sets;
 pub mod rooms;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, diffuse};
 use gridlight::scene::{Draw, Light, Scene};
-use gridlight::settings::{Settings, ShadowFilter, Size, View};
+use gridlight::settings::{Settings, ShadowEstimate, ShadowFilter, Size, View};
 
 /// Difference between the shadows of two channels that must be one: a quotient of floats.
 const TOLERANCE: f32 = 1e-4;
@@ -67,8 +67,12 @@ fn some_are_dark(shadows: &[Vec3]) -> bool {
 #[test]
 fn a_channel_without_samples_has_the_shadow_of_the_others() {
     // One sample has one colour, and says nothing of the other one. Where it carries no light at all, the samples of the
-    // pixels around take its place, which may have both.
-    let one_sample = settings().changed(|s| s.many_lights.shadow_samples = 1);
+    // pixels around take its place, which may have both: with the ratio, whose samples are of lights that shine here,
+    // those are few.
+    let one_sample = settings().changed(|s| {
+        s.many_lights.shadow_samples = 1;
+        s.lgh.shadow_estimate = Some(ShadowEstimate::Ratio);
+    });
     let shadows = shadows(&red_and_green(), &one_sample);
     assert!(some_are_dark(&shadows));
     let found = differing(&shadows, [0, 1]);

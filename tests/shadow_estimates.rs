@@ -28,7 +28,7 @@ fn settings(technique: Technique) -> Settings {
         s.picture.size = Size { width: 40, height: 24 };
         s.many_lights.vpls = 2000;
         s.many_lights.shadow_samples = 16;
-        s.lgh.shadow_estimate = ShadowEstimate::Unbiased;
+        s.lgh.shadow_estimate = Some(ShadowEstimate::Unbiased);
         s.lgh.filter = ShadowFilter::None;
     })
 }
@@ -139,7 +139,7 @@ fn the_ratio_leaks_through_thin_walls() {
     let (test, scene) = (common::gpu(), thin_walls());
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
     let truth = means(&test, &uploaded, &scene, &settings(Technique::BruteForce), &[1]).remove(0);
-    let ratio = settings(Technique::Lgh).changed(|s| s.lgh.shadow_estimate = ShadowEstimate::Ratio);
+    let ratio = settings(Technique::Lgh).changed(|s| s.lgh.shadow_estimate = Some(ShadowEstimate::Ratio));
     let found = means(&test, &uploaded, &scene, &ratio, &[16]).remove(0);
     let error = relmse(&found, &truth);
     assert!(error > 0.02, "{error}");

@@ -19,7 +19,7 @@ use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::{Camera, Scene};
-use gridlight::settings::{Reservoir, Settings, ShadowFilter, Size, Technique, View};
+use gridlight::settings::{Reservoir, Settings, ShadowEstimate, ShadowFilter, Size, Technique, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement, MAX_LEVEL, SUB_IMAGE_STRIDE};
 use gridlight::techniques::lgh::HierarchyOutputs;
 use gridlight::views::{LEVEL_COLORS, NO_VALUE};
@@ -201,8 +201,13 @@ fn the_ratio_turns_the_unshadowed_light_into_the_picture() {
     }
     let scene = room();
     for (filter, view) in [(ShadowFilter::None, View::ShadowRatio), (ShadowFilter::Atrous, View::ShadowRatioFiltered)] {
-        let [whole, direct, indirect, ratio] = [View::Final, View::Direct, View::Indirect, view]
-            .map(|view| see(&test, &scene, &settings(view).changed(|s| s.lgh.filter = filter)).values);
+        let [whole, direct, indirect, ratio] = [View::Final, View::Direct, View::Indirect, view].map(|view| {
+            let settings = settings(view).changed(|s| {
+                s.lgh.filter = filter;
+                s.lgh.shadow_estimate = Some(ShadowEstimate::Ratio);
+            });
+            see(&test, &scene, &settings).values
+        });
         for i in 0..whole.len() {
             let expected = direct[i] + indirect[i] * ratio[i];
             assert!(near(whole[i], expected, 1e-3 * whole[i].max_element()), "{view:?} {i}: {} {expected}", whole[i]);

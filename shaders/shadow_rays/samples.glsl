@@ -183,10 +183,16 @@ ShadowSample sample_of_all_ways(Receiver receiver, uint light, float share, inou
     return result;
 }
 
+// Whether every grid light above S1 has a table. Under another sun than the one their number was measured under, some may not.
+bool has_all_tables() {
+    uint end = level_first(top_level()) + level_count(top_level());
+    return descent_table(end, level_first(2u)) <= uint(descent.length());
+}
+
 // Traces the ray of one reservoir, whose light may be NO_LIGHT. `share` is one over the number of reservoirs.
 ShadowSample trace_sample(Receiver receiver, uint light, float share, inout uint random_state) {
     ShadowSample result = ShadowSample(Sender(receiver.position_ws, vec3(0.0), vec3(0.0), 0u), vec3(0.0), false, false);
-    if (ESTIMATE != ESTIMATE_RATIO) {
+    if (ESTIMATE != ESTIMATE_RATIO && has_all_tables()) {
         result = sample_of_all_ways(receiver, light, share, random_state);
     } else if (light != NO_LIGHT) {
         result = sample_of_chosen(receiver, merged_lights[light], share, random_state);

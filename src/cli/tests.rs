@@ -53,7 +53,7 @@ fn no_options_are_the_defaults() {
 fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --technique lgh --samples 3 --direct off --lights both --vpls 7 \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
-        --shadow-points descent --shadow-estimate corrected --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
+        --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
     let expected = Settings::default().changed(|s| {
         s.scene.file = Some("a.gltf".into());
@@ -80,7 +80,7 @@ fn every_option_arrives() {
         s.many_lights.shadows = Switch::Off;
         s.lgh.shadow_from = 3;
         s.lgh.shadow_points = ShadowPoints::Descent;
-        s.lgh.shadow_estimate = ShadowEstimate::Corrected;
+        s.lgh.shadow_estimate = Some(ShadowEstimate::Unbiased);
         s.lgh.lighting = Some(LightingMode::Volumes);
         s.lgh.reservoir = Some(Reservoir::Race);
         s.tracing.rays = Rays::Query;

@@ -33,7 +33,7 @@ pub fn every_value_changed() -> Settings {
         s.many_lights.shadows = Switch::Off;
         s.lgh.shadow_from = 3;
         s.lgh.shadow_points = ShadowPoints::Deviation;
-        s.lgh.shadow_estimate = ShadowEstimate::Corrected;
+        s.lgh.shadow_estimate = Some(ShadowEstimate::Ratio);
         s.lgh.lighting = Some(LightingMode::Volumes);
         s.lgh.reservoir = Some(Reservoir::Lock);
         s.tracing.rays = Rays::Query;

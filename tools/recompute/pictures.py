@@ -130,6 +130,19 @@ def shadow_samples(dump, rng, pixels):
     return found.size, error
 
 
+def estimates(dump):
+    """S, U, and what is darkened by S / U in place of the lighting, or None for the lighting itself."""
+    names = [dump.last("shadowed"), dump.last("unshadowed")]
+    settings = dump.manifest["settings"]
+    default = "corrected" if settings["shadow-points"] == "descent" else "ratio"
+    if settings.get("shadow-estimate", default) == "ratio":
+        return [dump.get(*name)[..., :3] for name in names] + [None]
+    typical = dump.get(*names[1])
+    if dump.has("atrous/3", "shadowed_3"):
+        names = [("atrous/3", "shadowed_3"), ("atrous/3", "unshadowed_3")]
+    return [dump.get(*name)[..., :3] for name in names] + [typical[..., :3] * typical[..., 3:]]
+
+
 def compose(dump, _rng, _pixels):
     """Direct light plus albedo times lighting times S / U, at every pixel."""
     found = dump.get("compose", "radiance")[..., :3]
@@ -139,10 +152,9 @@ def compose(dump, _rng, _pixels):
     key = dump.last("lighting", "lighting_blurred", "reference_lighting")
     if key:
         indirect = dump.get(*key)[..., :3]
-        shadowed, unshadowed = dump.last("shadowed"), dump.last("unshadowed")
-        if shadowed:
-            s, u = dump.get(*shadowed)[..., :3], dump.get(*unshadowed)[..., :3]
-            indirect = indirect * np.where(u > 0.0, s / np.where(u > 0.0, u, 1.0), 1.0)
+        if dump.last("shadowed"):
+            s, u, typical = estimates(dump)
+            indirect = (indirect if typical is None else typical) * np.where(u > 0.0, s / np.where(u > 0.0, u, 1.0), 1.0)
         expected += dump.get("gbuffer", "gbuffer_albedo")[..., :3] * indirect
     return found.size, worst(found, expected, magnitude(expected.reshape(-1, 3)).reshape(expected.shape))
 

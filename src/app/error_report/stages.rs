@@ -112,7 +112,7 @@ impl Planner<'_> {
         notes.push(
             "Where no sample of a frame carries light, the shadow of the pixels around it takes its place.".to_owned(),
         );
-        let cause = match self.settings.lgh.shadow_estimate {
+        let cause = match self.settings.lgh.shadow_estimate_or_default() {
             ShadowEstimate::Ratio => "A few shadow rays to chosen lights darken all of the light by one ratio.",
             ShadowEstimate::Corrected | ShadowEstimate::Unbiased => "A few shadow rays to chosen lights stand for all.",
         };

@@ -49,7 +49,7 @@ fn lgh() -> LghShape {
         grid_capacity: 64,
         upper_capacity: 32,
         shadow_points: ShadowPoints::Descent,
-        shadow_estimate: ShadowEstimate::Ratio,
+        shadow_estimate: ShadowEstimate::Corrected,
         lighting: LightingMode::Gather,
         reservoir: Reservoir::Exact,
         build: LevelBuild::Cascade,

@@ -49,7 +49,8 @@ settings_group! {
         )]
         pub shadow_points: ShadowPoints = ShadowPoints::Descent,
         /// What is made of the shadow samples: a ratio that darkens the hierarchy's light as in the paper, the same with
-        /// the hierarchy's error taken out, or the unbiased sum of what they find [default: ratio]
+        /// the hierarchy's error taken out, or the unbiased sum of what they find [default: corrected; ratio with
+        /// --shadow-points deviation]
         #[arg(
             long,
             value_enum,
@@ -57,7 +58,7 @@ settings_group! {
             value_name = "ratio|corrected|unbiased",
             help_heading = "Shadows"
         )]
-        pub shadow_estimate: ShadowEstimate = ShadowEstimate::Ratio,
+        pub shadow_estimate: Option<ShadowEstimate> = None,
         /// How lights reach the pixels: gathered by tiles of pixels, or drawn as volumes [default: gather, volumes with
         /// --reservoir race or lock]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "volumes|gather", help_heading = "Shadows")]
@@ -77,6 +78,15 @@ impl LghSettings {
     #[must_use]
     pub fn measured(&self) -> impl PartialEq + use<> {
         (self.levels, self.build, self.scatter)
+    }
+
+    /// The estimate that is asked for, else the default. Only rays that end on lights can find what the hierarchy is wrong by.
+    #[must_use]
+    pub fn shadow_estimate_or_default(&self) -> ShadowEstimate {
+        self.shadow_estimate.unwrap_or(match self.shadow_points {
+            ShadowPoints::Descent => ShadowEstimate::Corrected,
+            ShadowPoints::Deviation => ShadowEstimate::Ratio,
+        })
     }
 }
 

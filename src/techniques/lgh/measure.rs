@@ -60,7 +60,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<LghShape> {
         grid_capacity: 1,
         upper_capacity: 1,
         shadow_points: settings.lgh.shadow_points,
-        shadow_estimate: settings.lgh.shadow_estimate,
+        shadow_estimate: settings.lgh.shadow_estimate_or_default(),
         lighting: lighting_mode(settings),
         reservoir: reservoir_mode(gpu, settings)?,
         build: settings.lgh.build,

@@ -52,7 +52,7 @@ impl Technique for Lgh {
         if needs_shadows(view) {
             settings.require_shadow_samples(&format!("view {}", name(&view)))?;
         }
-        let (estimate, points) = (settings.lgh.shadow_estimate, settings.lgh.shadow_points);
+        let (estimate, points) = (settings.lgh.shadow_estimate_or_default(), settings.lgh.shadow_points);
         require(estimate == ShadowEstimate::Ratio || points == ShadowPoints::Descent, || {
             let estimate = name(&estimate);
             format!("shadow-estimate {estimate} needs rays that end on lights: choose shadow-points descent")

@@ -1,6 +1,9 @@
-// One iteration of the edge-avoiding a-trous wavelet (Dammertz et al. 2010) over the shadowed and the unshadowed
-// estimate at once, both per unit of what is in a. Weights stop at normals, positions and colours: that of the analytic lighting, which has no
-// noise, and that of the shadow itself, with a width that halves from iteration to iteration. One thread per pixel.
+// One iteration of the edge-avoiding a-trous wavelet (Dammertz et al. 2010) over the shadowed estimate, and with
+// FILTERS_UNSHADOWED over the unshadowed one by the same weights; both are per unit of what is in the latter's a. Weights
+// stop at normals and positions, and where two pixels differ by more than their noise explains (Schied et al. 2017): each
+// has a standard deviation, which the first iteration takes from the pixels around and the later ones carry along. It is
+// that of both pixels together, so that a dark pixel counts for a bright one as much as the other way round: with the
+// deviation of one of them, light would be lost. One thread per pixel.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/color.glsl"
@@ -10,21 +13,28 @@
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform utexture2D normals_image;
-layout(set = 0, binding = 3) uniform texture2D lighting_image;
-layout(set = 0, binding = 4) uniform texture2D shadowed_image;
-layout(set = 0, binding = 5) uniform texture2D unshadowed_image;
-layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_shadowed;
-layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_unshadowed;
-// ratio_sigma: difference of the shadow ratio at which a weight falls to 1/e; smaller in later iterations, when
-// the noise is gone and what is left are shadow edges.
-layout(push_constant) uniform Push { int step_px; float ratio_sigma; };
+// After the first iteration its a is the standard deviation of its luminance.
+layout(set = 0, binding = 3) uniform texture2D shadowed_image;
+layout(set = 0, binding = 4) uniform texture2D unshadowed_image;
+layout(set = 0, binding = 5, rgba32f) uniform writeonly image2D out_shadowed;
+#ifdef FILTERS_UNSHADOWED
+layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_unshadowed;
+const bool FILTERS_BOTH = true;
+#else
+const bool FILTERS_BOTH = false;
+#endif
+layout(constant_id = 0) const uint IS_FIRST = 0u;
+// Whether samples that stand out from all around them are cut in the first iteration.
+layout(constant_id = 1) const uint CUTS = 0u;
+layout(push_constant) uniform Push { int step_px; };
 
 const float KERNEL[3] = float[](3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0);
-const float NORMAL_POWER = 32.0;
-// Distance from the tangent plane, in units of the pixel's footprint, and ratio of luminances, at which a weight
-// falls to 1/e.
+// Distance from the tangent plane, in units of the pixel's footprint, at which a weight falls to 1/e.
 const float PLANE_SIGMA = 4.0;
-const float COLOR_SIGMA = 1.5;
+// Difference of two estimates, in standard deviations of both, at which a weight falls to 1/e.
+const float NOISE_SIGMA = 3.0;
+// A pixel's samples carry, per unit, at most this many times the unshadowed light of those around it.
+const float MAX_OUTLIER = 16.0;
 // Weight of neighbours on the same surface (all of them weigh 0.86) below which others count too, and the distance,
 // in pixels' footprints per step, within which they do.
 const float MIN_SUPPORT = 0.15;
@@ -35,77 +45,153 @@ const int LAST_RELAXED_STEP = 2;
 struct Estimate {
     vec3 shadowed;
     vec3 unshadowed;
+    float deviation;
+};
+
+// Weighted sums. In the first iteration the moments are those of the shadowed luminance relative to the pixel's own.
+struct Sums {
+    vec3 shadowed;
+    vec3 unshadowed;
+    vec2 moments;
+    float variance;
     float weight;
 };
 
-float brightness(ivec2 p) {
-    vec3 lighting = texelFetch(lighting_image, p, 0).rgb;
-    return log2(max(luminance(lighting), 1e-20));
+const Sums NOTHING = Sums(vec3(0.0), vec3(0.0), vec2(0.0), 0.0, 0.0);
+
+void add(inout Sums sums, Estimate estimate, float difference, float weight) {
+    sums.shadowed += weight * estimate.shadowed;
+    sums.unshadowed += weight * estimate.unshadowed;
+    sums.moments += weight * vec2(difference, difference * difference);
+    sums.variance += weight * weight * estimate.deviation * estimate.deviation;
+    sums.weight += weight;
 }
 
-float shadow_ratio(vec3 shadowed, vec3 unshadowed) {
-    float u = luminance(unshadowed);
-    return u > 0.0 ? luminance(shadowed) / u : 1.0;
+// Both together, the second in some measure.
+Sums plus(Sums a, Sums b, float measure) {
+    return Sums(
+        a.shadowed + measure * b.shadowed,
+        a.unshadowed + measure * b.unshadowed,
+        a.moments + measure * b.moments,
+        a.variance + measure * measure * b.variance,
+        a.weight + measure * b.weight
+    );
+}
+
+bool is_inside(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(image_size()))); }
+
+// The most that a pixel of this neighbourhood may carry: a multiple of the mean without the brightest, which may be the
+// one that is too bright, and without the pixels that see no light at all.
+float greatest_plausible(ivec2 pixel) {
+    float sum = 0.0;
+    float brightest = 0.0;
+    float count = 0.0;
+    for (int y = -2; y <= 2; ++y) {
+        for (int x = -2; x <= 2; ++x) {
+            ivec2 p = pixel + ivec2(x, y) * step_px;
+            if (is_inside(p)) {
+                vec4 unshadowed = texelFetch(unshadowed_image, p, 0);
+                float carried = luminance(unshadowed.rgb);
+                sum += carried;
+                brightest = max(brightest, carried);
+                count += unshadowed.a > 0.0 ? 1.0 : 0.0;
+            }
+        }
+    }
+    float others = sum - brightest;
+    return others > 0.0 ? MAX_OUTLIER * others / max(count - 1.0, 1.0) : uintBitsToFloat(0x7f800000u);
+}
+
+Estimate estimate_at(ivec2 p, float greatest) {
+    vec4 shadowed = texelFetch(shadowed_image, p, 0);
+    bool reads_unshadowed = FILTERS_BOTH || (IS_FIRST != 0u && CUTS != 0u);
+    vec3 unshadowed = reads_unshadowed ? texelFetch(unshadowed_image, p, 0).rgb : vec3(0.0);
+    Estimate estimate = Estimate(shadowed.rgb, unshadowed, IS_FIRST != 0u ? 1.0 : shadowed.a);
+    if (IS_FIRST != 0u && CUTS != 0u) {
+        float kept = min(1.0, greatest / max(luminance(unshadowed), 1e-30));
+        estimate.shadowed *= kept;
+        estimate.unshadowed *= kept;
+    }
+    return estimate;
+}
+
+// 1 where two estimates may well be of the same light.
+float likeness(float difference, float deviations) {
+    return IS_FIRST != 0u ? 1.0 : exp(-abs(difference) / max(NOISE_SIGMA * deviations, 1e-30));
+}
+
+float power_of_32(float x) {
+    float x2 = x * x;
+    float x4 = x2 * x2;
+    float x8 = x4 * x4;
+    float x16 = x8 * x8;
+    return x16 * x16;
+}
+
+// Standard deviation of what comes out. Before the first iteration that of a pixel is what the pixels around differ by.
+float deviation_of(Sums sums) {
+    float variance = sums.variance / (sums.weight * sums.weight);
+    if (IS_FIRST != 0u) {
+        vec2 moments = sums.moments / sums.weight;
+        variance *= max(moments.y - moments.x * moments.x, 0.0);
+    }
+    return sqrt(variance);
 }
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 size = ivec2(image_size());
-    if (any(greaterThanEqual(pixel, size))) {
+    if (!is_inside(pixel)) {
         return;
     }
     float depth = texelFetch(depth_image, pixel, 0).x;
     if (depth <= 0.0) {
         imageStore(out_shadowed, pixel, vec4(0.0));
+#ifdef FILTERS_UNSHADOWED
         imageStore(out_unshadowed, pixel, vec4(0.0));
+#endif
         return;
     }
     vec3 position = position_from_depth(uvec2(pixel), depth);
     vec3 normal = unpack_octahedral(texelFetch(normals_image, pixel, 0).x);
-    float center_brightness = brightness(pixel);
-    float center_ratio = shadow_ratio(texelFetch(shadowed_image, pixel, 0).rgb, texelFetch(unshadowed_image, pixel, 0).rgb);
-    float footprint = 2.0 * length(frame.up_ws) / float(size.y) * frame.near / depth;
+    float greatest = IS_FIRST != 0u && CUTS != 0u ? greatest_plausible(pixel) : 0.0;
+    Estimate center = estimate_at(pixel, greatest);
+    float center_luminance = luminance(center.shadowed);
+    float footprint = 2.0 * length(frame.up_ws) / float(image_size().y) * frame.near / depth;
     float plane_scale = 1.0 / (PLANE_SIGMA * footprint);
     float nearness = NEARNESS_SIGMA * footprint * float(step_px);
     float nearness_scale = 1.0 / (nearness * nearness);
-    Estimate strict = Estimate(vec3(0.0), vec3(0.0), 0.0);
+    Sums strict = NOTHING;
+    Sums relaxed = NOTHING;
     float alike = 0.0;
-    Estimate relaxed = Estimate(vec3(0.0), vec3(0.0), 0.0);
     for (int y = -2; y <= 2; ++y) {
         for (int x = -2; x <= 2; ++x) {
             ivec2 p = pixel + ivec2(x, y) * step_px;
-            if (any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size))) {
-                continue;
-            }
-            float depth_p = texelFetch(depth_image, p, 0).x;
+            float depth_p = is_inside(p) ? texelFetch(depth_image, p, 0).x : 0.0;
             if (depth_p <= 0.0) {
                 continue;
             }
             vec3 offset = position_from_depth(uvec2(p), depth_p) - position;
             vec3 normal_p = unpack_octahedral(texelFetch(normals_image, p, 0).x);
-            float weight = KERNEL[abs(x)] * KERNEL[abs(y)];
-            weight *= pow(max(dot(normal, normal_p), 0.0), NORMAL_POWER);
+            Estimate estimate = estimate_at(p, greatest);
+            float difference = luminance(estimate.shadowed) - center_luminance;
+            float tap = KERNEL[abs(x)] * KERNEL[abs(y)];
+            float weight = tap * power_of_32(max(dot(normal, normal_p), 0.0));
             weight *= exp(-abs(dot(offset, normal)) * plane_scale);
             alike += weight;
-            weight *= exp(-abs(brightness(p) - center_brightness) / COLOR_SIGMA);
-            vec3 s = texelFetch(shadowed_image, p, 0).rgb;
-            vec3 u = texelFetch(unshadowed_image, p, 0).rgb;
-            weight *= exp(-abs(shadow_ratio(s, u) - center_ratio) / ratio_sigma);
-            strict.shadowed += weight * s;
-            strict.unshadowed += weight * u;
-            strict.weight += weight;
-            float relaxed_weight = KERNEL[abs(x)] * KERNEL[abs(y)] * exp(-dot(offset, offset) * nearness_scale);
-            relaxed.shadowed += relaxed_weight * s;
-            relaxed.unshadowed += relaxed_weight * u;
-            relaxed.weight += relaxed_weight;
+            add(strict, estimate, difference, weight * likeness(difference, center.deviation + estimate.deviation));
+            if (step_px <= LAST_RELAXED_STEP) {
+                add(relaxed, estimate, difference, tap * exp(-dot(offset, offset) * nearness_scale));
+            }
         }
     }
     // A pixel whose surface no neighbour shares (thin joints, leaves) would keep the noise of its few samples: the
     // fewer are alike, the more it takes from whatever is near.
     float support = alike - KERNEL[0] * KERNEL[0];
     float lack = step_px <= LAST_RELAXED_STEP ? clamp(1.0 - support / MIN_SUPPORT, 0.0, 1.0) : 0.0;
-    float unit = texelFetch(shadowed_image, pixel, 0).a;
-    float inverse_weight = 1.0 / (strict.weight + lack * relaxed.weight);
-    imageStore(out_shadowed, pixel, vec4((strict.shadowed + lack * relaxed.shadowed) * inverse_weight, unit));
-    imageStore(out_unshadowed, pixel, vec4((strict.unshadowed + lack * relaxed.unshadowed) * inverse_weight, unit));
+    Sums sums = plus(strict, relaxed, lack);
+    imageStore(out_shadowed, pixel, vec4(sums.shadowed / sums.weight, deviation_of(sums)));
+#ifdef FILTERS_UNSHADOWED
+    float unit = texelFetch(unshadowed_image, pixel, 0).a;
+    imageStore(out_unshadowed, pixel, vec4(sums.unshadowed / sums.weight, unit));
+#endif
 }

@@ -18,7 +18,6 @@ layout(set = 0, binding = 3) uniform texture2D indirect_image;
 layout(set = 0, binding = 4) uniform texture2D shadowed_image;
 layout(set = 0, binding = 5) uniform texture2D unshadowed_image;
 layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_radiance;
-layout(set = 0, binding = 7) uniform texture2D typical_image;
 
 #include "compose/shadow_ratio.glsl"
 #include "compose/shadowed_lighting.glsl"

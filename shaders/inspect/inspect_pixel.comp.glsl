@@ -35,7 +35,6 @@ layout(set = 0, binding = 19) uniform texture2D direct_image;
 layout(set = 0, binding = 20) uniform texture2D indirect_image;
 layout(set = 0, binding = 21) uniform texture2D shadowed_image;
 layout(set = 0, binding = 22) uniform texture2D unshadowed_image;
-layout(set = 0, binding = 28) uniform texture2D typical_image;
 #include "compose/shadow_ratio.glsl"
 #include "compose/shadowed_lighting.glsl"
 layout(set = 0, binding = 23, std430) writeonly buffer Inspected { InspectedPixel inspected; };

@@ -1,4 +1,5 @@
-//! `atrous`: edge-avoiding à-trous wavelet filter of the shadow estimates (Dammertz et al. 2010).
+//! `atrous`: edge-avoiding à-trous wavelet filter of the shadow estimates (Dammertz et al. 2010), steered by their noise
+//! (Schied et al. 2017).
 
 use super::gbuffer::GBuffer;
 use super::shadow_rays::{FORMAT, ShadowEstimates};
@@ -7,61 +8,72 @@ use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
 use crate::settings::ShadowEstimate;
 
-/// Iterations; the step doubles each time.
-const ITERATIONS: u32 = 3;
-/// Further iterations for the unshadowed estimate alone, where the picture is made of it: it has no shadow edges.
-const WIDE_ITERATIONS: u32 = 2;
+/// What comes out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filtered {
+    /// What the picture is made of.
+    ForPicture,
+    /// Both estimates, whatever the picture is made of.
+    Both,
+}
 
-/// Width of the shadow's own edge stop: none in the first iteration, then halved each time.
-fn ratio_sigma(iteration: u32) -> f32 {
-    match iteration {
-        0 => NO_EDGE_STOP,
-        _ => 0.5_f32.powi(iteration as i32 - 1),
+/// The widest step of the last iteration. The ratio of both estimates has less noise than one of them, and needs less.
+fn last_step_px(estimate: ShadowEstimate) -> u32 {
+    match estimate {
+        ShadowEstimate::Ratio => 4,
+        ShadowEstimate::Corrected | ShadowEstimate::Unbiased => 16,
     }
 }
 
-/// A width of the edge stop that no difference of shadows reaches.
-const NO_EDGE_STOP: f32 = 1e6;
-
-/// Adds the passes; `lighting` is the analytic lighting in the picture's layout.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, lighting: ImageHandle, input: ShadowEstimates) -> ShadowEstimates {
-    let mut estimates = input;
-    for number in 0..ITERATIONS {
-        estimates = iteration(frame, gbuffer, lighting, estimates, number, ratio_sigma(number));
-    }
-    let mut wide = estimates;
-    if input.estimate == ShadowEstimate::Corrected {
-        for number in ITERATIONS..ITERATIONS + WIDE_ITERATIONS {
-            wide = iteration(frame, gbuffer, lighting, wide, number, NO_EDGE_STOP);
-        }
-    }
-    ShadowEstimates { typical: wide.unshadowed, ..estimates }
+/// Adds the passes. Steps double from iteration to iteration. The first is that of `interleave`: nearer pixels have had their
+/// samples put together already.
+pub fn add(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    interleave: u32,
+    input: ShadowEstimates,
+    filtered: Filtered,
+) -> ShadowEstimates {
+    let steps = std::iter::successors(Some(interleave), |step_px| Some(2 * step_px));
+    let steps = steps.take_while(|step_px| *step_px <= last_step_px(input.estimate));
+    steps.enumerate().fold(input, |estimates, (index, step_px)| {
+        iteration(frame, gbuffer, estimates, index as u32 + 1, step_px, filtered)
+    })
 }
 
-/// Adds iteration `number`, counted from 0.
+/// Adds iteration `number`, counted from 1.
 fn iteration(
     frame: &mut Frame,
     gbuffer: &GBuffer,
-    lighting: ImageHandle,
     estimates: ShadowEstimates,
     number: u32,
-    ratio_sigma: f32,
+    step_px: u32,
+    filtered: Filtered,
 ) -> ShadowEstimates {
-    let shadowed = frame.image(&format!("shadowed_{}", number + 1), FORMAT);
-    let unshadowed = frame.image(&format!("unshadowed_{}", number + 1), FORMAT);
+    let both = filtered == Filtered::Both || estimates.estimate == ShadowEstimate::Ratio;
+    let shadowed = frame.image(&format!("shadowed_{number}"), FORMAT);
+    let name = if both { "atrous/filter_shadows_both" } else { "atrous/filter_shadows" };
     let work = ComputeWork {
-        push: vec![1 << number, ratio_sigma.to_bits()],
-        ..shader("atrous/filter_shadows", frame.per_pixel())
+        constants: vec![
+            ("IS_FIRST", u32::from(number == 1)),
+            // What is cut is lost to the mean.
+            ("CUTS", u32::from(estimates.estimate != ShadowEstimate::Unbiased)),
+        ],
+        push: vec![step_px],
+        ..shader(name, frame.per_pixel())
     };
-    let pass = frame
-        .compute(&format!("atrous/{}", number + 1), work)
+    let mut pass = frame
+        .compute(&format!("atrous/{number}"), work)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
-        .bind("lighting_image", lighting, Access::ComputeSampled)
         .bind("shadowed_image", estimates.shadowed, Access::ComputeSampled)
         .bind("unshadowed_image", estimates.unshadowed, Access::ComputeSampled)
-        .bind("out_shadowed", shadowed, Access::ComputeWrite)
-        .bind("out_unshadowed", unshadowed, Access::ComputeWrite);
+        .bind("out_shadowed", shadowed, Access::ComputeWrite);
+    let mut unshadowed: ImageHandle = estimates.unshadowed;
+    if both {
+        unshadowed = frame.image(&format!("unshadowed_{number}"), FORMAT);
+        pass = pass.bind("out_unshadowed", unshadowed, Access::ComputeWrite);
+    }
     frame.graph.add_pass(pass);
-    ShadowEstimates { shadowed, unshadowed, typical: unshadowed, ..estimates }
+    ShadowEstimates { shadowed, unshadowed, ..estimates }
 }

@@ -49,7 +49,6 @@ pub fn add(
         .bind("indirect_image", lighting, Access::ComputeSampled)
         .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
         .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
-        .bind("typical_image", shadows.map_or(unused, |s| s.typical), Access::ComputeSampled)
         .bind("out_radiance", radiance, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     radiance

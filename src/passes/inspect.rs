@@ -70,7 +70,6 @@ fn finish(frame: &mut Frame, pass: Pass<Work>, gbuffer: &GBuffer, inputs: &Inspe
         .bind("indirect_image", lighting.unwrap_or(unused), Access::ComputeSampled)
         .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
         .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
-        .bind("typical_image", shadows.map_or(unused, |s| s.typical), Access::ComputeSampled)
         .bind("inspected", inspected, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     inspected

@@ -87,7 +87,7 @@ pub fn smooth_estimates(
     let mut smooth = |what, image| blur(frame, gbuffer, edges, Input { what, image, is_lighting: false });
     let shadowed = smooth("shadowed", estimates.shadowed);
     let unshadowed = smooth("unshadowed", estimates.unshadowed);
-    ShadowEstimates { shadowed, unshadowed, typical: unshadowed, ..estimates }
+    ShadowEstimates { shadowed, unshadowed, ..estimates }
 }
 
 /// An image to blur.

@@ -15,12 +15,10 @@ use crate::settings::{Reservoir, ShadowEstimate};
 /// Shadowed and unshadowed estimate of the lighting, in the picture's layout.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowEstimates {
-    /// S.
+    /// S; once filtered, its alpha is a standard deviation.
     pub shadowed: ImageHandle,
-    /// U.
+    /// U, in alpha what both are per unit of. Filtered only where it is needed.
     pub unshadowed: ImageHandle,
-    /// U once more, filtered more widely where the picture is made of it.
-    pub typical: ImageHandle,
     /// What the picture is made of.
     pub estimate: ShadowEstimate,
 }
@@ -57,7 +55,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, samples: &Sam
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    ShadowEstimates { shadowed, unshadowed, typical: unshadowed, estimate: shape.shadow_estimate }
+    ShadowEstimates { shadowed, unshadowed, estimate: shape.shadow_estimate }
 }
 
 /// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs.

@@ -198,7 +198,7 @@ pub enum ShadowPoints {
 pub enum ShadowEstimate {
     /// The light of the hierarchy times the part of it that the samples find unblocked, as in the paper.
     Ratio,
-    /// That, with the unshadowed light that the samples find, widely filtered, in place of the hierarchy's.
+    /// What the samples find, where the few that stand out from all around them are cut.
     Corrected,
     /// What the samples find: on average the light of every VPL, whatever the grid lights stand for.
     Unbiased,

@@ -33,6 +33,7 @@ type VariantSpec = (&'static str, &'static [(&'static str, &'static str)]);
 /// Files with several variants. Features that change which SPIR-V capabilities a module needs must be
 /// variants; everything else is a specialization constant.
 const VARIANTS: &[(&str, &[VariantSpec])] = &[
+    ("atrous/filter_shadows.comp.glsl", FILTERS),
     ("exclusive_scan/reduce_blocks.comp.glsl", SCANNED),
     ("exclusive_scan/scan_blocks.comp.glsl", SCANNED),
     ("light_gather/shade_tiles.comp.glsl", GATHERS),
@@ -69,6 +70,9 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
     ("_lock", &[("RESERVOIR_LOCK", "1")]),
     ("_exact", &[("RESERVOIR_EXACT", "1")]),
 ];
+
+/// The shadowed estimate alone, or both.
+const FILTERS: &[VariantSpec] = &[("", &[]), ("_both", &[("FILTERS_UNSHADOWED", "1")])];
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];

@@ -130,21 +130,18 @@ def shadow_samples(dump, rng, pixels):
     return found.size, error
 
 
-def estimates(dump):
-    """S, U, and what is darkened by S / U in place of the lighting, or None for the lighting itself."""
-    names = [dump.last("shadowed"), dump.last("unshadowed")]
+def shadowed_lighting(dump, lighting):
+    """What the estimates make of the lighting: S / U darkens it, or S takes its place."""
+    (s, _), (u, unit) = (np.split(dump.get(*dump.last(name)), [3], axis=-1) for name in ("shadowed", "unshadowed"))
     settings = dump.manifest["settings"]
     default = "corrected" if settings["shadow-points"] == "descent" else "ratio"
     if settings.get("shadow-estimate", default) == "ratio":
-        return [dump.get(*name)[..., :3] for name in names] + [None]
-    typical = dump.get(*names[1])
-    if dump.has("atrous/3", "shadowed_3"):
-        names = [("atrous/3", "shadowed_3"), ("atrous/3", "unshadowed_3")]
-    return [dump.get(*name)[..., :3] for name in names] + [typical[..., :3] * typical[..., 3:]]
+        return lighting * np.where(u > 0.0, s / np.where(u > 0.0, u, 1.0), 1.0)
+    return s * unit
 
 
 def compose(dump, _rng, _pixels):
-    """Direct light plus albedo times lighting times S / U, at every pixel."""
+    """Direct light plus albedo times lighting with its shadow, at every pixel."""
     found = dump.get("compose", "radiance")[..., :3]
     expected = np.zeros(found.shape)
     if dump.has("direct_light", "direct"):
@@ -153,8 +150,7 @@ def compose(dump, _rng, _pixels):
     if key:
         indirect = dump.get(*key)[..., :3]
         if dump.last("shadowed"):
-            s, u, typical = estimates(dump)
-            indirect = (indirect if typical is None else typical) * np.where(u > 0.0, s / np.where(u > 0.0, u, 1.0), 1.0)
+            indirect = shadowed_lighting(dump, indirect)
         expected += dump.get("gbuffer", "gbuffer_albedo")[..., :3] * indirect
     return found.size, worst(found, expected, magnitude(expected.reshape(-1, 3)).reshape(expected.shape))
 

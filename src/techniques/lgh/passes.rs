@@ -3,6 +3,7 @@
 use super::super::{Added, InspectPass, TechniqueOutputs, many_lights};
 use crate::gpu::Work;
 use crate::graph::{BufferHandle, Graph};
+use crate::passes::atrous::Filtered;
 use crate::passes::compaction::{GridLights, Lights};
 use crate::passes::compose::Indirect;
 use crate::passes::descent::Descent;
@@ -50,7 +51,7 @@ pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Add
     let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
     let shadows = lit.lighting.reservoirs.map(|_| {
         let estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
-        filter_shadows(frame, shape, gbuffer, &lit, estimates)
+        filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::ForPicture)
     });
     let indirect = Indirect { lighting: lit.composite.lighting, shadows, has_share: false };
     let (samples, shape_seen) = (samples(&hierarchy, &lit), shape.clone());
@@ -140,10 +141,11 @@ pub(super) fn filter_shadows(
     gbuffer: &GBuffer,
     lit: &Lit,
     estimates: ShadowEstimates,
+    filtered: Filtered,
 ) -> ShadowEstimates {
     let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
     match shape.filter {
-        ShadowFilter::Atrous => atrous::add(frame, gbuffer, lit.composite.lighting, estimates),
+        ShadowFilter::Atrous => atrous::add(frame, gbuffer, shape.interleave, estimates, filtered),
         ShadowFilter::None => estimates,
     }
 }

@@ -4,6 +4,7 @@ use super::super::{AddedView, many_lights};
 use super::passes::{HierarchyOutputs, add_hierarchy, add_lighting, filter_shadows, trace_shadows};
 use crate::graph::ImageHandle;
 use crate::passes::Frame;
+use crate::passes::atrous::Filtered;
 use crate::passes::debug_view::{self, SurfaceView};
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
@@ -59,7 +60,7 @@ fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) 
         (View::ShadowRatio | View::ShadowRatioFiltered, Some(_)) => {
             let mut estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
             if view == View::ShadowRatioFiltered {
-                estimates = filter_shadows(frame, shape, gbuffer, &lit, estimates);
+                estimates = filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::Both);
             }
             debug_view::show_surface(frame, gbuffer, SurfaceView::ShadowRatio(lit.composite.lighting, estimates))
         }

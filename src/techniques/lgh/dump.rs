@@ -151,13 +151,13 @@ pub(super) const ENTRIES: &[Entry] = &[
         "shadowed*",
         "flux-weighted luminance",
         RGBA,
-        "The shadowed estimate S of the lighting: as traced, blurred along an axis, or after so many iterations of the filter.",
+        "The shadowed estimate S of the lighting: as traced, blurred along an axis, or after so many iterations of the filter, with its standard deviation in alpha.",
     ),
     image(
         "unshadowed*",
         "flux-weighted luminance",
         RGBA,
-        "The unshadowed estimate U of the same samples; S / U is the shadow.",
+        "The unshadowed estimate U of the same samples; S / U is the shadow. Both are per unit of its alpha.",
     ),
 ];
 

@@ -274,6 +274,9 @@ fn contradictions_and_unknown_options() {
     place.options(2, &["shadow-from 10", "top level"], "--shadow-from 10");
     place.options(2, &["size 2x2", "interleave 4"], "--size 2x2 --interleave 4");
     place.options(2, &["interleave must be 1, 2 or 4"], "--interleave 3");
+    let options = "--shadow-estimate corrected --shadow-points deviation";
+    place.options(2, &["shadow-estimate corrected", "shadow-points descent"], options);
+    place.options(2, &["--shadow-estimate", "exact"], "--shadow-estimate exact");
     place.options(2, &["--technique", "pbgi"], "--technique pbgi");
     place.options(2, &["alpha"], "--alpha nan");
     place.options(2, &["alpha"], "--alpha -1");

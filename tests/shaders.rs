@@ -14,7 +14,8 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    LevelBuild, Levels, LightSet, LightingMode, Rays, Reservoir, Settings, ShadowFilter, Size, Switch, Technique, View,
+    LevelBuild, Levels, LightSet, LightingMode, Rays, Reservoir, Settings, ShadowEstimate, ShadowFilter, Size, Switch,
+    Technique, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -130,6 +131,19 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
                         s.lgh.first_level = first_level;
                     }));
                 }
+            }
+        }
+    }
+    for estimate in ShadowEstimate::value_variants() {
+        for (lighting, reservoir) in lightings(reservoirs) {
+            for filter in ShadowFilter::value_variants() {
+                modes.push(small().changed(|s| {
+                    s.lgh.interleave = 2;
+                    s.lgh.lighting = lighting;
+                    s.lgh.reservoir = reservoir;
+                    s.lgh.filter = *filter;
+                    s.lgh.shadow_estimate = Some(*estimate);
+                }));
             }
         }
     }

@@ -4,14 +4,14 @@
 mod common;
 
 use common::compare::{Verdict, all_finite, near};
-use common::rooms::lamp_room;
+use common::rooms::{lamp_room, surface};
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
 use gridlight::cpu::lights::{blend_weight, light_response, lobe_of_level};
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
-use gridlight::scene::{Camera, Scene};
+use gridlight::scene::Scene;
+use gridlight::scene::bvh::build_binary;
 use gridlight::settings::{CenterWeight, LightingMode, Lobe, Settings, Size, Switch};
 use gridlight::shared::{GridLight, GridPlacement};
 use gridlight::techniques::lgh::HierarchyOutputs;
@@ -77,21 +77,6 @@ fn lighting(settings: &Settings, by: &Hierarchy, p: Vec3, normal: Vec3) -> Vec3 
             Vec3::from(light.flux) * (weight * response)
         })
         .sum()
-}
-
-/// Where the ray through a pixel's centre meets the room, and the wall's normal.
-fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, x: u32, y: u32) -> (Vec3, Vec3) {
-    let half = (camera.yfov_rad * 0.5).tan();
-    let ndc_x = (x as f32 + 0.5) / size.width as f32 * 2.0 - 1.0;
-    let ndc_y = 1.0 - (y as f32 + 0.5) / size.height as f32 * 2.0;
-    let aspect = size.width as f32 / size.height as f32;
-    let direction = camera.forward_ws + camera.right_ws * (ndc_x * half * aspect) + camera.up_ws * (ndc_y * half);
-    let ray = Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX };
-    let position = ray.origin + direction * bvh.trace_closest(&ray).expect("the room is closed").t;
-    let axis = position.abs().max_position();
-    let mut normal = Vec3::ZERO;
-    normal[axis] = -position[axis].signum();
-    (position, normal)
 }
 
 /// How far a pixel may be off, relative: positions come from depth on one side and from a ray on the other, and a

@@ -120,7 +120,6 @@ void look_at_level(uint sub_image, vec3 position_ws, vec3 normal, uint level) {
 void look_at_samples(uvec2 pixel, float depth) {
     uvec2 interleaved = interleaved_from_pixel(pixel);
     Receiver receiver = receiver_at(pixel, depth);
-    receiver.luminance_of_all = ESTIMATE == ESTIMATE_RATIO ? 0.0 : luminance_of_all();
     inspected.total = receiver.total;
     uint index = reservoir_index(interleaved);
     uint random_state = sampling_state(index);

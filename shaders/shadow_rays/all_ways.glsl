@@ -7,6 +7,23 @@
 // where the grid lights that stand for it are out of reach or behind the surface.
 const float ELSEWHERE_SHARE = 0.125;
 
+// The sum of f, on average over the n x n pixels that have the sub-images' lights between them. All of these pixels weigh
+// ways by it, whatever their own lights are: if those that have the bright ones thought more of a way than the others, their
+// samples would not add up.
+float mean_total(uvec2 pixel) {
+    uvec2 first = pixel - pixel % interleave();
+    float sum = 0.0;
+    float pixels = 0.0;
+    for (uint i = 0u; i < interleave() * interleave(); ++i) {
+        uvec2 p = first + uvec2(i % interleave(), i / interleave());
+        if (all(lessThan(p, image_size())) && texelFetch(depth_image, ivec2(p), 0).x > 0.0) {
+            sum += texelFetch(lighting_image, ivec2(interleaved_from_pixel(p)), 0).a;
+            pixels += 1.0;
+        }
+    }
+    return sum / max(pixels, 1.0);
+}
+
 // Luminance of all lights.
 float luminance_of_all() {
     float sum = 0.0;
@@ -151,4 +168,11 @@ ChosenFor chosen_for(uint light, vec3 position_ws, Receiver receiver) {
     }
     sum.elsewhere /= float(top_level());
     return sum;
+}
+
+// What a light is chosen for on all ways, each as often as it is taken, and per unit of its luminance like a response: over
+// the receiver's unit it is the probability.
+float expected_on_all_ways(ChosenFor chosen_for, Receiver receiver) {
+    float chosen = receiver.mean_total > 0.0 ? (1.0 - ELSEWHERE_SHARE) * chosen_for.response : 0.0;
+    return ELSEWHERE_SHARE * receiver.unit * chosen_for.elsewhere + chosen;
 }

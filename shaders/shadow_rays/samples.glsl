@@ -33,25 +33,20 @@ layout(constant_id = 0) const uint DESCEND = 1u;
 // Bounds what one sample may count for: a finer light can lie much nearer than the light it stands for.
 const float MAX_RESPONSE_RATIO = 16.0;
 
-// Where shadow rays start, and the sum of f over the lights that its samples were chosen from.
+// Where shadow rays start.
 struct Receiver {
     vec3 origin;
     vec3 position_ws;
     vec3 normal;
+    // Sum of f over the lights that its samples were chosen from.
     float total;
+    // That sum, or where samples count for all ways the mean of it over a pattern; and what estimates are per unit of: the
+    // same, or 1 where it is nothing.
+    float mean_total;
+    float unit;
     // Luminance of all lights, where samples may start at any.
     float luminance_of_all;
 };
-
-Receiver receiver_at(uvec2 pixel, float depth) {
-    uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
-    Receiver receiver;
-    receiver.total = texelFetch(lighting_image, ivec2(interleaved_from_pixel(pixel)), 0).a;
-    receiver.position_ws = position_from_depth(pixel, depth);
-    receiver.normal = unpack_octahedral(normals.x);
-    receiver.origin = receiver.position_ws + unpack_octahedral(normals.y) * surface_offset(receiver.position_ws);
-    return receiver;
-}
 
 // The S1 light that grid light `index` hands a ray to: at every level a part with a probability proportional to
 // its luminance. NO_LIGHT where there are more lights than tables, whose number was measured under another sun.
@@ -123,10 +118,21 @@ struct ShadowSample {
 // The random numbers of a pixel's samples, which are traced in their order.
 uint sampling_state(uint pixel_index) { return hash(pixel_index, sampling_seed() ^ 0x5bd1e995u); }
 
-// What estimates are per unit of: the sum of f, or nothing where no light has a weight.
-float estimate_unit(Receiver receiver) { return receiver.total > 0.0 ? receiver.total : 1.0; }
-
 #include "shadow_rays/all_ways.glsl"
+
+Receiver receiver_at(uvec2 pixel, float depth) {
+    uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
+    Receiver receiver;
+    receiver.total = texelFetch(lighting_image, ivec2(interleaved_from_pixel(pixel)), 0).a;
+    receiver.position_ws = position_from_depth(pixel, depth);
+    receiver.normal = unpack_octahedral(normals.x);
+    bool all_ways = ESTIMATE != ESTIMATE_RATIO;
+    receiver.mean_total = all_ways ? mean_total(pixel) : receiver.total;
+    receiver.unit = all_ways && receiver.mean_total <= 0.0 ? 1.0 : receiver.mean_total;
+    receiver.luminance_of_all = all_ways ? luminance_of_all() : 0.0;
+    receiver.origin = receiver.position_ws + unpack_octahedral(normals.y) * surface_offset(receiver.position_ws);
+    return receiver;
+}
 
 // A sample that counts as what its light sends, relative to what the chosen light was chosen for.
 ShadowSample sample_of_chosen(Receiver receiver, GridLight chosen, float share, inout uint random_state) {
@@ -139,7 +145,8 @@ ShadowSample sample_of_chosen(Receiver receiver, GridLight chosen, float share, 
         result.sender = jittered_sender(chosen, random_state);
     }
     Sender sender = result.sender;
-    result.estimate = sender.flux * (share / max(luminance(sender.flux), 1e-30));
+    float taken = receiver.total / receiver.unit;
+    result.estimate = sender.flux * (share * taken / max(luminance(sender.flux), 1e-30));
     result.has_ray = true;
     if (DESCEND != 0u) {
         vec3 offset = sender.position_ws - receiver.position_ws;
@@ -175,9 +182,10 @@ ShadowSample sample_of_all_ways(Receiver receiver, uint light, float share, inou
     vec3 offset = result.sender.position_ws - receiver.position_ws;
     float response = light_response(offset, length(offset), receiver.normal, result.sender.lobe, 0u);
     if (response > 0.0) {
-        ChosenFor for_what = chosen_for(original, result.sender.position_ws, receiver);
-        float expected = elsewhere * estimate_unit(receiver) * for_what.elsewhere + (1.0 - elsewhere) * for_what.response;
-        result.estimate = result.sender.flux * (share * response / (expected * max(luminance(result.sender.flux), 1e-30)));
+        float expected = expected_on_all_ways(chosen_for(original, result.sender.position_ws, receiver), receiver);
+        float taken = is_elsewhere ? ELSEWHERE_SHARE / elsewhere : receiver.total / receiver.unit;
+        float weight = share * taken * response / expected;
+        result.estimate = result.sender.flux * (weight / max(luminance(result.sender.flux), 1e-30));
         result.has_ray = true;
     }
     return result;

@@ -36,8 +36,7 @@ void main() {
     uint rays = 0u;
     if (depth > 0.0) {
         Receiver receiver = receiver_at(pixel, depth);
-        receiver.luminance_of_all = ESTIMATE == ESTIMATE_RATIO ? 0.0 : luminance_of_all();
-        unit = ESTIMATE == ESTIMATE_RATIO ? receiver.total : estimate_unit(receiver);
+        unit = receiver.unit;
         uint index = reservoir_index(interleaved);
         uint random_state = sampling_state(index);
         float share = 1.0 / float(shadow_sample_count());

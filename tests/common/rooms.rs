@@ -1,8 +1,10 @@
 //! Rooms to render in.
 
 use glam::Vec3;
+use gridlight::scene::bvh::{BinaryBvh, Ray};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
 use gridlight::scene::{Camera, Light, Scene};
+use gridlight::settings::Size;
 
 /// A camera that looks from a place in a direction, upright, or with z upwards where it looks straight up or down.
 pub fn camera(position_ws: Vec3, forward_ws: Vec3, yfov_rad: f32) -> Camera {
@@ -36,6 +38,21 @@ pub fn add_quad(scene: &mut Scene, quad: [Vec3; 4]) {
     scene.indices.extend(part.indices.iter().map(|i| first + i));
     scene.triangle_materials.extend(part.triangle_materials);
     scene.draws[0].index_count = scene.indices.len() as u32;
+}
+
+/// Where the ray through a pixel's centre meets [`lamp_room`], and the wall's normal.
+pub fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, x: u32, y: u32) -> (Vec3, Vec3) {
+    let half = (camera.yfov_rad * 0.5).tan();
+    let ndc_x = (x as f32 + 0.5) / size.width as f32 * 2.0 - 1.0;
+    let ndc_y = 1.0 - (y as f32 + 0.5) / size.height as f32 * 2.0;
+    let aspect = size.width as f32 / size.height as f32;
+    let direction = camera.forward_ws + camera.right_ws * (ndc_x * half * aspect) + camera.up_ws * (ndc_y * half);
+    let ray = Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX };
+    let position = ray.origin + direction * bvh.trace_closest(&ray).expect("the room is closed").t;
+    let axis = position.abs().max_position();
+    let mut normal = Vec3::ZERO;
+    normal[axis] = -position[axis].signum();
+    (position, normal)
 }
 
 /// A floor and a wall lit by the sun, a roof between them that shadows, and sky around.

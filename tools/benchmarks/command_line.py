@@ -85,6 +85,8 @@ def parser():
                          "equal time (default 64)")
     command.add_argument("--truth-samples", type=at_least(1), metavar="N", help="paths per pixel of the truth where no "
                          "reference fits (default 4096, 512 on a software driver)")
+    command.add_argument("--curve-frames", type=at_least(1), metavar="N", help="most frames of the hierarchy in the curve "
+                         "of error over time (default 256, 16 on a software driver)")
     command = commands.choices["variants"]
     command.add_argument("--base", default="", metavar="ARGS", help="options of gridlight that all variants have")
     command.add_argument("--variant", action="append", default=[], metavar="NAME=[BINARY::]ARGS", help="twice or more; "

@@ -6,7 +6,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from . import protocol, report
+from . import curve, protocol, report
 from .errors import BenchError
 from .markdown import number, table
 from .protocol import Case
@@ -20,28 +20,35 @@ COLUMNS = [("relMSE", "relmse"), ("relMSE of 8x8 blocks", "smooth_relmse"), ("FL
 PILOT = (1, 4)
 # Pictures stand beside the results when they are no larger.
 PICTURE_BYTES = 300 * 1024
+# Frames of a truth that is antialiased.
+TRUTH_FRAMES = 64
 # Another seed than any picture that is compared.
 TRUTH_SEED = 1_000_003
 
 
 class Truth:
     """What the pictures are compared with: an independent renderer's reference where there is one for this scene, camera
-    and size, else a long path-traced frame of gridlight's own."""
+    and size, else a long path-traced frame of gridlight's own, or the mean of many, jittered like accumulated frames."""
 
-    def __init__(self, options, size, folder):
+    def __init__(self, options, size, folder, accumulated=False):
         self.program, self.folder = options.program, folder
+        self.antialiased = True
         place = options.references / options.scene_name / (options.camera or "") if options.references else None
         if place and size == "640x360" and (place / "gi3.exr").is_file() and (place / "direct.exr").is_file():
             self.words = "gi3 of the shared references, by an independent path tracer, antialiased (its direct light apart)"
             self.whole, self.direct = place / "gi3.exr", place / "direct.exr"
             return
-        samples = options.truth_samples
+        self.antialiased, samples = accumulated, options.truth_samples
         self.words = f"gridlight's own path tracing, {samples} paths per pixel, seed {TRUTH_SEED}"
-        self.whole, self.direct = folder / "truth.exr", folder / "direct.exr"
+        frames = min(samples, TRUTH_FRAMES) if accumulated else 1
+        per_frame = -(-samples // frames)
+        if accumulated:
+            self.words += f", in {frames} frames"
+        self.whole, self.direct = folder / f"truth-{frames}.exr", folder / f"direct-{frames}.exr"
         print(f"the truth: {samples} paths per pixel", file=sys.stderr)
-        self.program.run(f"--size {size} --technique path-trace --samples {samples} --seed {TRUTH_SEED}",
-                         "--output", self.whole)
-        self.program.run(f"--size {size} --technique direct", "--output", self.direct)
+        mean = f"--size {size} --accumulate {frames}"
+        self.program.run(f"{mean} --technique path-trace --samples {per_frame} --seed {TRUTH_SEED}", "--output", self.whole)
+        self.program.run(f"{mean} --technique direct", "--output", self.direct)
 
     def errors(self, picture):
         file = self.folder / "errors.json"
@@ -82,9 +89,11 @@ def lgh(options, alpha):
 
 def settle(options, software):
     """Sizes and numbers by the kind of device, unless options say otherwise."""
-    ordinary = {"size": "640x360", "repeats": 3, "frames": 2, "warmup": 1, "truth_samples": 512} if software else {
-        "size": "1280x720", "repeats": 3, "frames": 32, "warmup": 8, "truth_samples": 4096}
-    quick = {"size": "64x36", "repeats": 0, "frames": 1, "warmup": 0, "truth_samples": 16, "cap": 2}
+    ordinary = {"size": "640x360", "repeats": 3, "frames": 2, "warmup": 1, "truth_samples": 512,
+                "curve_frames": 16} if software else {
+        "size": "1280x720", "repeats": 3, "frames": 32, "warmup": 8, "truth_samples": 4096, "curve_frames": 256}
+    quick = {"size": "64x36", "repeats": 0, "frames": 1, "warmup": 0, "truth_samples": 16, "cap": 2,
+             "curve_frames": 2}
     for name, value in (quick if options.quick else {**ordinary, "cap": 64}).items():
         if getattr(options, name) is None:
             setattr(options, name, value)
@@ -105,12 +114,16 @@ def run(options):
         found = {case.name: {**measured[case.name].as_json(), **judge(options, truth, case, folder)}
                  for case in everything}
         searches = search(options, truth, pairs, found, folder)
+        antialiased = truth if truth.antialiased else Truth(options, options.size, folder, accumulated=True)
+        points = curve.measure(options, antialiased, [(case.name, case.arguments) for case in cases],
+                               path_trace(options.size, 1), folder)
         pictures = show(options, timings, everything, found[cases[0].name]["errors"]["exposure"])
-    lines = page(options, truth, found, pairs, searches) + ["", *pictures, "", "## Commands", ""]
+    curves = curve.page(points, antialiased.words, report.folder_of(options, timings))
+    lines = page(options, truth, found, pairs, searches) + ["", *curves, "", *pictures, "", "## Commands", ""]
     lines += [f"    {m.command}" for m in measured.values()]
     report.write(options, "compare", "Equal time", timings,
                  {"size": options.size, "vpls": options.vpls, "truth": truth.words, "cases": list(found.values()),
-                  "searches": searches}, lines)
+                  "searches": searches, "curve": points}, lines)
     return True
 
 

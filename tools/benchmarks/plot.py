@@ -1,9 +1,10 @@
-"""Mean overdraw against the number of grid lights, as in Figure 5 of the paper. Drawn by matplotlib, in whichever
-Python has it; without it there is a sentence on stderr and no picture."""
+"""Pictures of results: mean overdraw against the number of grid lights, as in Figure 5 of the paper, and errors over time.
+Drawn by matplotlib, in whichever Python has it; without it there is a sentence on stderr and no picture."""
 import json
 import subprocess
 import sys
 
+# `data` comes in as JSON; a drawing leaves `figure`.
 SCRIPT = """
 import json, sys
 import matplotlib
@@ -11,10 +12,14 @@ matplotlib.use("svg")
 from matplotlib import pyplot
 # The same file for the same points: no random ids, no date.
 matplotlib.rcParams.update({"svg.hashsalt": "gridlight", "svg.fonttype": "path"})
-points = json.load(sys.stdin)
+data = json.load(sys.stdin)
+%s
+figure.savefig(sys.argv[1], format="svg", metadata={"Date": None})
+"""
+DRAWINGS = {"overdraw": """
 figure, axes = pyplot.subplots(figsize=(6, 4), layout="constrained")
-for alpha in sorted({p["alpha"] for p in points}):
-    series = [p for p in points if p["alpha"] == alpha]
+for alpha in sorted({p["alpha"] for p in data}):
+    series = [p for p in data if p["alpha"] == alpha]
     axes.plot([p["grid_lights"] for p in series], [p["lights_tested_mean"] for p in series], marker="o", label=f"alpha {alpha}")
 axes.set_xscale("log")
 axes.set_ylim(bottom=0)
@@ -22,8 +27,20 @@ axes.set_xlabel("grid lights")
 axes.set_ylabel("fragments per pixel, mean")
 axes.grid(True, which="major", linewidth=0.4)
 axes.legend()
-figure.savefig(sys.argv[1], format="svg", metadata={"Date": None})
-"""
+""", "curves": """
+measures = data["measures"]
+figure, all_axes = pyplot.subplots(1, len(measures), figsize=(4 * len(measures), 4), layout="constrained")
+for axes, (key, words) in zip(all_axes, measures.items()):
+    for name in dict.fromkeys(p["series"] for p in data["points"]):
+        series = [p for p in data["points"] if p["series"] == name]
+        axes.plot([p["ms"] / 1000 for p in series], [p[key] for p in series], marker="o", label=name)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("seconds on the device")
+    axes.set_ylabel(words)
+    axes.grid(True, which="major", linewidth=0.4)
+all_axes[0].legend()
+"""}
 PYTHONS = ("python3", "/usr/bin/python3")
 
 
@@ -39,14 +56,14 @@ def python():
     return None
 
 
-def draw(points, file):
-    """Whether there is a picture; never one of an earlier run."""
+def draw(drawing, data, file):
+    """Whether there is a picture, one of DRAWINGS; never one of an earlier run."""
     file.unlink(missing_ok=True)
     interpreter = python()
     if interpreter is None:
         print(f"{file.name} is not drawn: matplotlib is missing; apt-get install python3-matplotlib", file=sys.stderr)
         return False
-    found = subprocess.run([interpreter, "-c", SCRIPT, str(file)], input=json.dumps(points), text=True,
+    found = subprocess.run([interpreter, "-c", SCRIPT % DRAWINGS[drawing], str(file)], input=json.dumps(data), text=True,
                            capture_output=True)
     if found.returncode:
         last = found.stderr.strip().splitlines()[-1:] or ["no message"]

@@ -87,7 +87,7 @@ def run(options):
     for section in (construction, vpl_counts, rendering, growth, overdraw):
         lines += section(plan, found) + [""]
     points = overdraw_points(plan, found)
-    picture = plot.draw(points, report.folder_of(options, timings) / "overdraw.svg")
+    picture = plot.draw("overdraw", points, report.folder_of(options, timings) / "overdraw.svg")
     lines += ["![mean overdraw against grid lights](overdraw.svg)", ""] if picture else []
     lines += memory(plan, found) + [""]
     lines += ["## Commands", "", f"Each with `--frames {options.frames} --warmup {options.warmup}`; those for the overdraw "

@@ -26,6 +26,7 @@ if options.get("--alpha") == "-1":
     sys.exit(2)
 
 vpls, samples = int(options.get("--vpls", 1000)), int(options.get("--samples", 1))
+frames = int(options.get("--accumulate", 1))
 if options.get("--technique") == "path-trace":
     passes = {"gbuffer": 10.0, "path_trace": 20.0 * samples}
 else:
@@ -54,5 +55,5 @@ if "--timings" in options:
                        "frame_gpu_ms": {"median": total}, "frame_cpu_ms": {"median": total}}, out)
 if "--output" in options:
     with open(options["--output"], "w", encoding="utf-8") as out:
-        # More samples, less error; the hierarchy's is always the same.
-        out.write(str(1 / samples if options.get("--technique") == "path-trace" else 0.05))
+        # More paths, less error; the hierarchy's is always the same.
+        out.write(str(1 / samples / frames if options.get("--technique") == "path-trace" else 0.05))

@@ -85,6 +85,20 @@ class Runs(unittest.TestCase):
         for search in results["searches"]:
             self.assertTrue(search["reached"] and search["samples"] >= 20 and search["found"] <= 0.05, search)
 
+    def test_compare_has_errors_over_time(self):
+        results, text = self.compare("1")
+        self.assertIn("## Error over time", text)
+        points = results["curve"]
+        traced = [p for p in points if p["series"] == "path tracing"]
+        self.assertEqual([p["frames"] for p in points if p["series"] == "LGH, alpha 2"], [1, 2])
+        # A frame with one path takes 30 ms; its error is one over the number of frames.
+        for p in traced:
+            self.assertEqual((p["ms"], p["relmse"]), (30.0 * p["frames"], 1 / p["frames"]))
+        # As long as the hierarchy's slowest, and no doubling longer.
+        slowest = max(p["ms"] for p in points if p["series"] != "path tracing")
+        self.assertGreaterEqual(traced[-1]["ms"], slowest)
+        self.assertLess(traced[-2]["ms"], slowest)
+
     def test_compare_says_where_path_tracing_was_given_up(self):
         results, text = self.compare("1")
         self.assertEqual([search["reached"] for search in results["searches"]], [False] * 4)

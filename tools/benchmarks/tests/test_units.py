@@ -108,14 +108,17 @@ class EqualTime(unittest.TestCase):
 
 
 class Plot(unittest.TestCase):
-    POINTS = [{"alpha": 1, "grid_lights": n, "lights_tested_mean": n / 10} for n in (10, 100)]
+    OVERDRAW = [{"alpha": 1, "grid_lights": n, "lights_tested_mean": n / 10} for n in (10, 100)]
+    CURVES = {"measures": {"relmse": "relMSE", "flip": "FLIP"},
+              "points": [{"series": name, "ms": 1000 * n, "relmse": 1 / n, "flip": 0.5 / n} for name in "ab" for n in (1, 2)]}
+    DATA = {"overdraw": OVERDRAW, "curves": CURVES}
 
-    def draw(self, folder, interpreter):
-        file = Path(folder) / "overdraw.svg"
+    def draw(self, folder, interpreter, drawing="overdraw"):
+        file = Path(folder) / "picture.svg"
         file.write_text("of an earlier run")
         said = io.StringIO()
         with mock.patch.object(plot, "python", lambda: interpreter), contextlib.redirect_stderr(said):
-            drawn = plot.draw(self.POINTS, file)
+            drawn = plot.draw(drawing, self.DATA[drawing], file)
         return drawn, file, said.getvalue()
 
     def test_without_matplotlib_a_sentence_says_how_to_get_it(self):
@@ -128,14 +131,15 @@ class Plot(unittest.TestCase):
         interpreter = plot.python()
         if interpreter is None:
             self.skipTest("matplotlib is missing")
-        with tempfile.TemporaryDirectory() as folder:
-            pictures = []
-            for _ in range(2):
-                drawn, file, said = self.draw(folder, interpreter)
-                self.assertTrue(drawn, said)
-                pictures.append(file.read_bytes())
-            self.assertEqual(*pictures)
-            self.assertIn(b"<svg", pictures[0])
+        for drawing in plot.DRAWINGS:
+            with self.subTest(drawing), tempfile.TemporaryDirectory() as folder:
+                pictures = []
+                for _ in range(2):
+                    drawn, file, said = self.draw(folder, interpreter, drawing)
+                    self.assertTrue(drawn, said)
+                    pictures.append(file.read_bytes())
+                self.assertEqual(*pictures)
+                self.assertIn(b"<svg", pictures[0])
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ use support::{Run, names, program, run, succeed};
 
 const SMALL: &str = "--size 48x27 --vpls 200 --reference-samples 16 --frames-per-stage 2";
 const FILES: [&str; 3] = ["report.html", "report.json", "report.md"];
-const STAGES: [&str; 11] = [
+const STAGES: [&str; 14] = [
     "VPL sampling",
     "clamp",
     "hierarchy",
@@ -20,6 +20,9 @@ const STAGES: [&str; 11] = [
     "noise of a frame",
     "filter",
     "filtered shadows",
+    "estimate ratio",
+    "estimate corrected",
+    "estimate unbiased",
     "interleave 2x2",
     "interleave 4x4",
     "whole method",
@@ -189,9 +192,9 @@ fn an_interrupted_run_reports_what_it_has() {
     let folder = tempfile::tempdir().unwrap();
     // The fifth stage would take days.
     let options = format!("{SMALL} --frames-per-stage 100000000");
-    let (code, last) = interrupt_at("stage 2 of 11 is finished", &arguments(folder.path(), &options));
+    let (code, last) = interrupt_at("stage 2 of 14 is finished", &arguments(folder.path(), &options));
     assert_eq!(code, Some(130), "{last}");
-    assert!(last.starts_with("error: interrupted after ") && last.contains(" of 11 stages"), "{last}");
+    assert!(last.starts_with("error: interrupted after ") && last.contains(" of 14 stages"), "{last}");
     assert_eq!(names(folder.path()), FILES);
     let report = json(folder.path());
     assert_eq!(report["interrupted"], true);

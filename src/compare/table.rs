@@ -36,6 +36,7 @@ pub fn image_table(metrics: &ImageMetrics, limits: &ImageLimits) -> String {
     let mut rows = vec![
         ("relMSE", undefined_or(metrics.relmse), limit(limits.max_relmse)),
         ("relMSE of 8x8 blocks", undefined_or(metrics.smooth_relmse), None),
+        ("highest ratio of 20x20 blocks", undefined_or(metrics.highest_block_ratio), None),
         ("RMSE", number(metrics.rmse), None),
         ("energy ratio", undefined_or(metrics.energy_ratio), energy_limit),
         ("energy ratio R, G, B", format!("{red}, {green}, {blue}"), None),

@@ -1,7 +1,9 @@
 //! What the stages of the error report render: a list of recipes, made from the settings alone.
 
+use clap::ValueEnum;
+
 use crate::cli::ErrorReportOptions;
-use crate::settings::{LevelBuild, Settings, ShadowEstimate, ShadowFilter, Switch, Technique};
+use crate::settings::{LevelBuild, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Switch, Technique, name};
 
 /// The frames that a picture comes from. All of them have the same light paths and sampling points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +57,7 @@ pub fn plan(settings: &Settings, options: &ErrorReportOptions) -> Vec<StagePlan>
     let planner = Planner { settings, options };
     let mut stages = vec![planner.vpl_sampling(), planner.clamp(), planner.hierarchy(), planner.build()];
     stages.extend([planner.shadow_sampling(), planner.noise(), planner.filter(), planner.filtered_shadows()]);
+    stages.extend(planner.estimates());
     stages.extend([2, 4].map(|side| planner.interleave(side)));
     stages.push(planner.whole_method());
     stages
@@ -148,6 +151,30 @@ impl Planner<'_> {
         let cause = "Shadow samples and their filter together.";
         let reference = self.every_vpl(self.settings.many_lights.clamp, Switch::On);
         stage("filtered shadows", cause, reference, self.mean(ShadowFilter::Atrous, 1), self.shadow_notes())
+    }
+
+    /// Each estimate of the light in shadow beside the light itself. Only rays that end on lights can make them all.
+    fn estimates(&self) -> Vec<StagePlan> {
+        let lgh = &self.settings.lgh;
+        let all = ShadowEstimate::value_variants().iter().filter(|_| lgh.shadow_points == ShadowPoints::Descent);
+        let stage_of = |estimate: &ShadowEstimate| {
+            let cause = match estimate {
+                ShadowEstimate::Ratio => {
+                    "The hierarchy's light times the part of it that shadow samples find unblocked."
+                }
+                ShadowEstimate::Corrected => "What shadow samples find, those that stand out cut before the filter.",
+                ShadowEstimate::Unbiased => "What shadow samples find, whatever the grid lights stand for.",
+            };
+            let mut test = self.mean(lgh.filter, 1);
+            test.label += &format!(", {}", name(estimate));
+            // What is set is rendered for other stages as well.
+            if *estimate != lgh.shadow_estimate_or_default() {
+                test.recipe.settings.lgh.shadow_estimate = Some(*estimate);
+            }
+            let reference = self.every_vpl(self.settings.many_lights.clamp, Switch::On);
+            stage(&format!("estimate {}", name(estimate)), cause, reference, test, Vec::new())
+        };
+        all.map(stage_of).collect()
     }
 
     fn shadow_notes(&self) -> Vec<String> {
@@ -261,7 +288,7 @@ mod tests {
         let plan = plan(&settings, &options());
         let changes: Vec<(&str, Vec<String>)> =
             plan.iter().map(|s| (s.name.as_str(), differing(&s.reference.recipe, &s.test.recipe))).collect();
-        let expected: [(&str, &[&str]); 11] = [
+        let expected: [(&str, &[&str]); 14] = [
             ("VPL sampling", &["clamp", "samples", "technique"]),
             ("clamp", &["clamp"]),
             ("hierarchy", &["technique"]),
@@ -270,6 +297,9 @@ mod tests {
             ("noise of a frame", &[]),
             ("filter", &["filter"]),
             ("filtered shadows", &["technique"]),
+            ("estimate ratio", &["shadow-estimate", "technique"]),
+            ("estimate corrected", &["technique"]),
+            ("estimate unbiased", &["shadow-estimate", "technique"]),
             ("interleave 2x2", &["interleave"]),
             ("interleave 4x4", &["interleave"]),
             ("whole method", &["direct", "interleave", "samples", "technique"]),
@@ -285,7 +315,7 @@ mod tests {
             s.lgh.alpha = 2.0;
         });
         let plan = plan(&settings, &options());
-        let whole = &plan[10];
+        let whole = plan.last().unwrap();
         assert_eq!(whole.test.recipe, Recipe { settings, frames: Frames::One });
         let direct = whole.reference.direct.as_ref().unwrap();
         assert_eq!((direct.settings.render.technique, direct.settings.render.direct), (Technique::Direct, Switch::On));
@@ -303,7 +333,13 @@ mod tests {
                 recipes.push(&picture.recipe);
             }
         }
-        assert_eq!(recipes.len(), 12, "path tracing, three brute forces, and eight of the hierarchy");
+        assert_eq!(recipes.len(), 14, "path tracing, three brute forces, and ten of the hierarchy");
+    }
+
+    #[test]
+    fn estimates_need_rays_that_end_on_lights() {
+        let settings = Settings::default().changed(|s| s.lgh.shadow_points = ShadowPoints::Deviation);
+        assert!(plan(&settings, &options()).iter().all(|stage| !stage.name.starts_with("estimate")));
     }
 
     #[test]

@@ -11,6 +11,10 @@ use crate::{Error, Result};
 
 /// Side of the blocks that the smooth measures average over.
 const BLOCK_PX: usize = 8;
+/// Side of the blocks whose brightness is compared: large enough that a spot in one is seen, and noise is not.
+const BRIGHT_BLOCK_PX: usize = 20;
+/// Blocks of the reference that are darker than this fraction of its mean count as being so bright.
+const DARKEST_BLOCK: f64 = 0.01;
 /// The part of the reference's mean, squared, that keeps relative errors of black pixels finite.
 const RELATIVE_FLOOR: f64 = 0.01;
 
@@ -49,6 +53,9 @@ pub struct ImageMetrics {
     pub flip: f64,
     /// [`Self::relmse`] of the averages of 8x8 blocks: hardly sees noise, so it shows bias. `None` below 8x8 pixels.
     pub smooth_relmse: Option<f64>,
+    /// The largest ratio of the test's mean over a 20x20 block to the reference's there, the latter at least a hundredth of
+    /// the reference's mean. `None` below 20x20 pixels.
+    pub highest_block_ratio: Option<f64>,
     /// Where only indirect light arrives; `None` without a reference of the direct light.
     #[serde(flatten)]
     pub indirect: Option<IndirectMetrics>,
@@ -95,7 +102,7 @@ pub fn compare_images(reference: &Image, test: &Image, tone: Tone, direct: Optio
     let (shown_reference, shown_test) = (tone_map(&pair.reference, tone), tone_map(&pair.test, tone));
     let flip_map = flip_map(&shown_reference, &shown_test);
     let energy = Energy::of(&pair);
-    let blocks = blocks(&pair, &pair.counts);
+    let blocks = blocks(&pair, &pair.counts, BLOCK_PX);
     let metrics = ImageMetrics {
         width_px: reference.width,
         height_px: reference.height,
@@ -112,6 +119,7 @@ pub fn compare_images(reference: &Image, test: &Image, tone: Tone, direct: Optio
         ssim: ssim(&shown_reference, &shown_test, &pair.counts),
         flip: mean_where(&flip_map, &pair.counts),
         smooth_relmse: relative_mse(blocks.iter().copied(), energy.reference_mean()),
+        highest_block_ratio: highest_block_ratio(&pair, energy.reference_mean()),
         indirect: direct.map(|direct| indirect(&pair, direct)),
     };
     Ok(Comparison { metrics, flip_map })
@@ -130,11 +138,11 @@ impl Energy {
     }
 
     fn reference_mean(&self) -> f64 {
-        self.reference.iter().sum::<f64>() / 3.0
+        average(self.reference)
     }
 
     fn test_mean(&self) -> f64 {
-        self.test.iter().sum::<f64>() / 3.0
+        average(self.test)
     }
 }
 
@@ -190,15 +198,26 @@ fn mean_where(values: &[f32], counts: &[bool]) -> f64 {
     sum / count
 }
 
-/// The means of the 8x8 blocks that lie within the pictures, over their pixels that count; blocks with none are left
+/// `None` without blocks, and against black.
+fn highest_block_ratio(pair: &Pair, reference_mean: f64) -> Option<f64> {
+    let blocks = blocks(pair, &pair.counts, BRIGHT_BLOCK_PX);
+    let ratio = |(r, t): Values| average(t) / average(r).max(DARKEST_BLOCK * reference_mean);
+    (reference_mean > 0.0).then(|| blocks.into_iter().map(ratio).reduce(f64::max))?
+}
+
+fn average(rgb: [f64; 3]) -> f64 {
+    rgb.iter().sum::<f64>() / 3.0
+}
+
+/// The means of the blocks of a side that lie within the pictures, over their pixels that count; blocks with none are left
 /// out, and so are those where not every countable pixel is `wanted`.
-fn blocks(pair: &Pair, wanted: &[bool]) -> Vec<Values> {
+fn blocks(pair: &Pair, wanted: &[bool], side: usize) -> Vec<Values> {
     let (width, height) = pair.reference.size();
     let (reference, test) = (pair.reference.pixels(), pair.test.pixels());
     let mut means = Vec::new();
-    for top in (0..height / BLOCK_PX).map(|block| block * BLOCK_PX) {
-        for left in (0..width / BLOCK_PX).map(|block| block * BLOCK_PX) {
-            let pixels = (top..top + BLOCK_PX).flat_map(|y| (left..left + BLOCK_PX).map(move |x| y * width + x));
+    for top in (0..height / side).map(|block| block * side) {
+        for left in (0..width / side).map(|block| block * side) {
+            let pixels = (top..top + side).flat_map(|y| (left..left + side).map(move |x| y * width + x));
             let counting = pixels.filter(|&i| pair.counts[i]);
             if counting.clone().all(|i| wanted[i]) {
                 means.extend(mean(counting.map(|i| (reference[i].map(f64::from), test[i].map(f64::from)))));
@@ -214,9 +233,8 @@ fn indirect(pair: &Pair, direct: &Image) -> IndirectMetrics {
         pair.counts[i] && seen && direct.iter().all(|v| *v <= 0.0)
     };
     let unlit: Vec<bool> = direct.pixels().iter().enumerate().map(unlit).collect();
-    let average = |rgb: [f64; 3]| rgb.iter().sum::<f64>() / 3.0;
     let means = mean(counted(&pair.reference, &pair.test, &unlit));
-    let blocks = blocks(pair, &unlit);
+    let blocks = blocks(pair, &unlit, BLOCK_PX);
     let block_mean = mean(blocks.iter().copied()).map_or(0.0, |(reference, _)| average(reference));
     IndirectMetrics {
         indirect_ratio: means.and_then(|(reference, test)| ratio(average(test), average(reference))),

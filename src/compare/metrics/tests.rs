@@ -68,6 +68,32 @@ fn blocks_forgive_noise_and_not_bias() {
 }
 
 #[test]
+fn the_highest_block_is_the_one_that_is_too_bright() {
+    // Of four blocks one is black, one half as bright as the reference, one the same, and one has a bright spot; the column
+    // beyond them is not looked at.
+    let reference = image(41, 40, |x, y, _| if x < 20 && y < 20 { 0.0 } else { 1.0 });
+    let spot = |x: usize, y: usize| if (x, y) == (30, 30) { 401.0 } else { 1.0 };
+    let test = image(41, 40, |x, y, _| {
+        if x >= 40 {
+            900.0
+        } else if y < 20 {
+            0.5 * reference.pixels()[y * 41 + x][0]
+        } else {
+            spot(x, y)
+        }
+    });
+    let found = measure(&reference, &test);
+    close(found.highest_block_ratio.unwrap(), 2.0, 1e-6);
+    let lit = test.map(|v| if v == 0.0 { 0.03 } else { v });
+    let mean = (41.0 * 40.0 - 400.0) / (41.0 * 40.0);
+    close(measure(&reference, &lit).highest_block_ratio.unwrap(), 0.03 / (0.01 * mean), 1e-5);
+    let small = image(19, 40, |_, _, _| 1.0);
+    assert_eq!(measure(&small, &small).highest_block_ratio, None, "no block fits");
+    let black = image(20, 20, |_, _, _| 0.0);
+    assert_eq!(measure(&black, &black).highest_block_ratio, None);
+}
+
+#[test]
 fn pixels_that_are_not_finite_do_not_count() {
     let reference = image(32, 24, pattern);
     let mut test = reference.map(|v| 1.5 * v);

@@ -130,6 +130,7 @@ fn numbers(stage: &Stage) -> Markup {
         ("energy ratio R, G, B", format!("{red}, {green}, {blue}")),
         ("relMSE", measure(metrics.relmse)),
         ("relMSE of 8x8 blocks", measure(metrics.smooth_relmse)),
+        ("highest ratio of 20x20 blocks", measure(metrics.highest_block_ratio)),
         ("RMSE", measure(Some(metrics.rmse))),
         ("PSNR", decibels),
         ("SSIM", measure(metrics.ssim)),

@@ -184,6 +184,36 @@ fn interleaving_loses_no_light() {
     }
 }
 
+/// Whether a filter took this share of the noise, and how much light it may have lost or made with it.
+fn takes_noise(raw: &[f64], filtered: &[f64], truth: &[f64]) -> Result<(), String> {
+    let (before, after) = (relmse(raw, truth), relmse(filtered, truth));
+    let energy = mean(filtered) / mean(truth) - 1.0;
+    let holds = after <= 0.25 * before && energy.abs() <= 0.03;
+    if holds { Ok(()) } else { Err(format!("relMSE {before:.2e}, filtered {after:.2e}; energy {energy:+.3}")) }
+}
+
+#[test]
+fn the_filter_takes_the_noise_and_keeps_the_light() {
+    let (test, scene) = (common::gpu(), thin_walls());
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let one_frame = |technique, estimate, filter| {
+        let settings = settings(technique).changed(|s| {
+            s.picture.size = Size { width: 120, height: 72 };
+            s.many_lights.shadow_samples = 4;
+            s.lgh.shadow_estimate = Some(estimate);
+            s.lgh.filter = filter;
+        });
+        means(&test, &uploaded, &scene, &settings, &[1]).remove(0)
+    };
+    let truth = one_frame(Technique::BruteForce, ShadowEstimate::Unbiased, ShadowFilter::None);
+    let [raw, filtered] = [ShadowFilter::None, ShadowFilter::Atrous]
+        .map(|filter| one_frame(Technique::Lgh, ShadowEstimate::Corrected, filter));
+    takes_noise(&raw, &filtered, &truth).unwrap_or_else(|e| panic!("{e}"));
+    assert!(takes_noise(&raw, &raw, &truth).is_err());
+    let darker: Vec<f64> = filtered.iter().map(|value| 0.95 * value).collect();
+    assert!(takes_noise(&raw, &darker, &truth).is_err());
+}
+
 #[test]
 fn behind_thin_walls_the_ratio_is_wrong_and_the_corrected_estimate_right() {
     let (test, scene) = (common::gpu(), dark_side());

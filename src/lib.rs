@@ -14,6 +14,7 @@ pub mod graph;
 pub mod interrupt;
 pub mod job;
 pub mod light_grid;
+pub mod light_paths;
 pub mod passes;
 pub mod progress;
 pub mod random;

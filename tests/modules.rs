@@ -8,7 +8,7 @@ use std::path::Path;
 const LAYERS: &[&[&str]] = &[
     &["error", "progress", "random"],
     &["camera", "files", "graph", "interrupt", "shared"],
-    &["compare", "light_grid", "scene", "settings", "shader"],
+    &["compare", "light_grid", "light_paths", "scene", "settings", "shader"],
     &["cpu", "gpu", "views"],
     &["uploaded_scene"],
     &["job"],

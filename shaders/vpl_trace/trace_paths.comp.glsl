@@ -1,5 +1,7 @@
 // Light paths from suns, spots and points; a VPL at every diffuse hit. One thread per path; path p writes VPL b
 // to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling.
+// Three numbers between 0 and 1 say where a path starts: the light, and two for it. They are drawn from cells, each with
+// its share of the paths, and what a path carries is divided by the density of its cell.
 // Reads the scene. Keller 1997; Lin and Yuksel 2019, section 4.
 #include "common/frame.glsl"
 #include "common/random.glsl"
@@ -13,39 +15,24 @@ layout(set = 0, binding = 1, std430) writeonly buffer SlotPositions { uvec4 slot
 layout(set = 0, binding = 2, std430) writeonly buffer SlotFluxes { vec4 slot_fluxes[]; };
 layout(set = 0, binding = 3, std430) buffer SlotBits { uint slot_bits[]; };
 layout(set = 0, binding = 4, std430) buffer RayCount { uint ray_count[]; };
+#include "shared/StartCell.glsl"
+layout(set = 0, binding = 5, std430) readonly buffer StartCells { StartCell start_cells[]; };
 
-struct Emission {
-    vec3 origin;
-    vec3 direction;
-    vec3 flux;
-};
+#include "common/path_starts.glsl"
 
-// Start of a path; its flux is the light's flux over the expected number of its paths.
-Emission emit_path(PunctualLight light, vec2 u) {
-    float paths = max(light.path_probability * float(frame.path_count), 1e-20);
-    if (light.kind == LIGHT_DIRECTIONAL) {
-        // Uniform over the disc that covers the scene's bounding sphere.
-        vec3 t, b;
-        tangent_frame(light.direction_ws, t, b);
-        float radius = scene_radius() * sqrt(u.x);
-        float angle = 2.0 * PI * u.y;
-        vec3 on_disc = radius * (cos(angle) * t + sin(angle) * b);
-        vec3 origin = frame.scene_center_ws + on_disc - light.direction_ws * (2.0 * scene_radius());
-        float area = PI * scene_radius() * scene_radius();
-        return Emission(origin, light.direction_ws, light.intensity * area / paths);
+// The cell in which a path starts that stands at `share` in their order.
+StartCell start_cell(float share) {
+    uint low = 0u;
+    uint high = uint(start_cells.length()) - 1u;
+    while (low < high) {
+        uint middle = (low + high + 1u) / 2u;
+        if (start_cells[middle].first <= share) {
+            low = middle;
+        } else {
+            high = middle - 1u;
+        }
     }
-    if (light.kind == LIGHT_POINT) {
-        return Emission(light.position_ws, sphere_direction(u), light.intensity * 4.0 * PI / paths);
-    }
-    vec3 t, b;
-    tangent_frame(light.direction_ws, t, b);
-    float along = mix(1.0, light.outer_cos, u.x);
-    float across = sqrt(max(1.0 - along * along, 0.0));
-    float angle = 2.0 * PI * u.y;
-    vec3 direction = normalize(across * (cos(angle) * t + sin(angle) * b) + along * light.direction_ws);
-    float edge = clamp((along - light.outer_cos) / max(light.inner_cos - light.outer_cos, 1e-4), 0.0, 1.0);
-    float solid_angle = 2.0 * PI * (1.0 - light.outer_cos);
-    return Emission(light.position_ws, direction, light.intensity * (edge * edge * solid_angle / paths));
+    return start_cells[low];
 }
 
 void main() {
@@ -54,12 +41,14 @@ void main() {
         return;
     }
     uint random_state = hash(path, frame_seed());
-    float position = (float(path) + random(random_state)) / float(frame.path_count);
-    vec2 u = r2_sequence(path, frame_seed());
-    Emission emission = emit_path(punctual_lights[light_at_share(position)], u);
+    float share = (float(path) + random(random_state)) / float(frame.path_count);
+    StartCell cell = start_cell(share);
+    vec3 numbers = vec3(clamp((share - cell.first) / cell.share, 0.0, 1.0), r2_sequence(path, frame_seed()));
+    vec3 start = cell.low + cell.size * numbers;
+    Emission emission = emit_path(punctual_lights[light_at_share(start.x)], start.yz);
     vec3 origin = emission.origin;
     vec3 direction = emission.direction;
-    vec3 flux = emission.flux;
+    vec3 flux = emission.flux * (cell.size.x * cell.size.y * cell.size.z / cell.share);
     uint rays = 0u;
     for (uint bounce = 0u; bounce < frame.bounces; ++bounce) {
         Hit hit;

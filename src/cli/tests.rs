@@ -6,6 +6,7 @@ use super::*;
 use crate::settings::{
     CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays,
     RenderScale, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, View,
+    VplImportance,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -51,7 +52,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --technique lgh --samples 3 --direct off --lights both --vpls 7 \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --technique lgh --samples 3 --direct off --lights both --vpls 7 --vpl-importance none \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
@@ -69,6 +70,7 @@ fn every_option_arrives() {
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;
         s.many_lights.vpls = 7;
+        s.many_lights.vpl_importance = VplImportance::None;
         s.many_lights.bounces = 5;
         s.lgh.levels = Levels::Fixed(6);
         s.lgh.alpha = 2.0;
@@ -202,7 +204,7 @@ fn mistakes_get_one_sentence() {
 #[test]
 fn help_names_every_option() {
     let help = shown(&["--help"]);
-    let options = "--headless --frames --warmup --size --camera --sun --technique --vpls --bounces --levels --alpha \
+    let options = "--headless --frames --warmup --size --camera --sun --technique --vpls --vpl-importance --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --shadow-estimate --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
         --exposure --output --timings --settings --gpu --list-gpus --validation --no-pipeline-cache --print-graph --verbose -v, --quiet \
         --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";

@@ -119,7 +119,18 @@ impl Executor {
         let markers = MarkerScheme::of(gpu.features(), executor.planted_loss.is_some());
         let slot = |_| Slot::new(gpu, command_pool, &executor.frame.plan, markers);
         executor.slots = (0..FRAMES_IN_FLIGHT).map(slot).collect::<Result<_>>()?;
+        executor.fill_buffers()?;
         Ok(executor)
+    }
+
+    /// Writes what buffers hold before the first frame.
+    fn fill_buffers(&self) -> Result<()> {
+        for (index, resource) in self.frame.graph.resources().iter().enumerate() {
+            if let Some(contents) = &resource.contents {
+                transfer::upload_raw(&self.gpu, self.frame.resources.buffer_at(index).0, contents)?;
+            }
+        }
+        Ok(())
     }
 
     /// Frames are split into submissions of about this long at most; a pass that takes longer is one of its own. The

@@ -108,7 +108,12 @@ impl Resources {
     }
 
     pub fn buffer(&self, handle: impl Into<Handle>) -> (vk::Buffer, u64) {
-        match self.list[handle.into().index()] {
+        self.buffer_at(handle.into().index())
+    }
+
+    /// The buffer at a position in the graph's list of resources.
+    pub fn buffer_at(&self, index: usize) -> (vk::Buffer, u64) {
+        match self.list[index] {
             Physical::Buffer { raw, size_bytes } => (raw, size_bytes),
             Physical::Image { .. } => unreachable!("typed handles name buffers"),
         }

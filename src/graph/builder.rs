@@ -1,6 +1,7 @@
 //! The declaration of a frame: resources, and passes with what each does to them.
 
 use std::fmt;
+use std::sync::Arc;
 
 use ash::vk;
 
@@ -157,6 +158,13 @@ impl<P> Graph<P> {
         self.buffer(name, size_bytes, Lifetime::Persistent)
     }
 
+    /// A buffer that has these contents before the first frame and keeps them as long as no pass writes it.
+    pub fn filled_buffer(&mut self, name: &str, contents: Arc<[u8]>) -> BufferHandle {
+        let buffer = self.persistent_buffer(name, contents.len() as u64);
+        self.resources[buffer.0].contents = Some(contents);
+        buffer
+    }
+
     /// A buffer owned outside the graph, whose owner knows its size; other graphs on the queue may use it as well.
     pub fn imported_buffer(&mut self, name: &str) -> BufferHandle {
         self.buffer(name, 0, Lifetime::Imported)
@@ -299,7 +307,7 @@ impl<P> Graph<P> {
     }
 
     fn resource_slot(&mut self, name: &str, info: ResourceInfo, lifetime: Lifetime) -> usize {
-        self.resources.push(Resource { name: name.to_owned(), info, lifetime });
+        self.resources.push(Resource { name: name.to_owned(), info, lifetime, contents: None });
         self.resources.len() - 1
     }
 }

@@ -1,6 +1,7 @@
 //! What a graph is made of: buffers and images, by handle.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use ash::vk;
 
@@ -298,4 +299,6 @@ pub struct Resource {
     pub info: ResourceInfo,
     /// How long the contents must last.
     pub lifetime: Lifetime,
+    /// What a persistent buffer holds before the first frame.
+    pub contents: Option<Arc<[u8]>>,
 }

@@ -1,10 +1,16 @@
 //! What sizes the passes that trace virtual point lights and shade with them.
 
+use std::sync::Arc;
+
+use crate::light_paths::StartDensity;
+
 /// How many light paths and lights there are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LightShape {
     /// Light paths.
     pub path_count: u32,
+    /// Where they start; `None` is as many everywhere.
+    pub starts: Option<Arc<StartDensity>>,
     /// Whether the VPLs asked for would take more paths than are traced, as most hit nothing.
     pub lacks_paths: bool,
     /// Most VPLs per path.

@@ -21,6 +21,7 @@ pub mod lgh_shape;
 pub mod light_buckets;
 pub mod light_gather;
 pub mod light_shape;
+pub mod light_starts;
 pub mod light_volumes;
 pub mod merge;
 pub mod path_trace;

@@ -3,6 +3,7 @@
 use super::light_shape::LightShape;
 use super::{Frame, threads};
 use crate::graph::{Access, BufferHandle};
+use crate::light_paths::StartDensity;
 
 /// VPLs where the paths left them: path p, bounce b in slot p * bounces + b.
 #[derive(Clone, Copy, Debug)]
@@ -24,12 +25,16 @@ pub fn add(frame: &mut Frame, shape: &LightShape) -> VplSlots {
     let fluxes = frame.graph.transient_buffer("vpl_slot_fluxes", 16 * u64::from(count));
     let bits = frame.graph.transient_buffer("vpl_slot_bits", 4 * u64::from(count.div_ceil(32)));
     frame.clear(&[(bits, 0)]);
+    let everywhere = StartDensity::default();
+    let density = shape.starts.as_deref().unwrap_or(&everywhere);
+    let cells = frame.graph.filled_buffer("start_cells", bytemuck::cast_slice(&density.cells).into());
     let work = frame.ray_shader("vpl_trace/trace_paths", threads(shape.path_count));
     let pass = frame
         .compute("vpl_trace", work)
         .bind("slot_positions", positions, Access::ComputeWrite)
         .bind("slot_fluxes", fluxes, Access::ComputeWrite)
         .bind("slot_bits", bits, Access::ComputeReadWrite)
+        .bind("start_cells", cells, Access::ComputeRead)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     VplSlots { positions, fluxes, bits, count }

@@ -128,6 +128,16 @@ pub enum LightSet {
     Both,
 }
 
+/// Where light paths start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum VplImportance {
+    /// Where the light of what the camera sees comes from.
+    View,
+    /// As many everywhere.
+    None,
+}
+
 /// How the lights of the hierarchy reach the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

@@ -37,6 +37,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("exclusive_scan/reduce_blocks.comp.glsl", SCANNED),
     ("exclusive_scan/scan_blocks.comp.glsl", SCANNED),
     ("light_gather/shade_tiles.comp.glsl", GATHERS),
+    ("light_starts/find_starts.comp.glsl", RAYS),
     ("light_volumes/shade_light_volume.frag.glsl", RESERVOIR_MODES),
     ("light_volumes/shade_top_level.frag.glsl", RESERVOIR_MODES),
     ("shadow_rays/trace_shadow_rays.comp.glsl", RAYS),

@@ -125,6 +125,26 @@ shared_structs! {
         pub padding: [f32; 2],
     }
 
+    /// A part of the unit cube of the numbers that say where a light path starts, and how many of the paths start there.
+    pub struct StartCell as "StartCell" {
+        /// Its lowest corner: position in the order of the lights, and the light's two numbers.
+        pub low: [f32; 3],
+        /// Share of the paths in the cells before it.
+        pub first: f32,
+        /// Its edges.
+        pub size: [f32; 3],
+        /// Share of the paths that start in it, above 0.
+        pub share: f32,
+    }
+
+    /// How much light one start of a light path would bring to the picture.
+    pub struct StartSample as "StartSample" {
+        /// The start: position in the order of the lights, and the light's two numbers.
+        pub start: [f32; 3],
+        /// Luminance that the visible point receives by it, per unit albedo; 0 where there is none.
+        pub light: f32,
+    }
+
     /// A light of the hierarchy: S0 (VPLs and scene lights), S1 and up. Radiant intensity towards the unit
     /// direction w is `flux / pi * ((1 - |lobe|) / 4 + max(dot(lobe, w), 0))`.
     pub struct GridLight as "GridLight" {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::spacing::disc_radius;
-use super::{AddedView, Count, TechniqueOutputs};
+use super::{AddedView, Count, TechniqueOutputs, starts};
 use crate::dump::{
     Array, COUNT, DumpContext, Entry, Field, METRES_AND_BITS, Scalar, all_words, buffer, f, noted, ranks, u,
 };
@@ -64,6 +64,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> LightShape {
     let settings = &job.settings.many_lights;
     LightShape {
         path_count: 0,
+        starts: None,
         lacks_paths: false,
         bounces: settings.bounces,
         vpl_capacity: 0,
@@ -75,6 +76,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> LightShape {
 
 /// Takes over what another shape of the same lights was measured to need.
 pub(super) fn take_measures(shape: &mut LightShape, known: &LightShape) {
+    shape.starts.clone_from(&known.starts);
     (shape.path_count, shape.lacks_paths) = (known.path_count, known.lacks_paths);
     (shape.vpl_capacity, shape.vpl_radius) = (known.vpl_capacity, known.vpl_radius);
 }
@@ -119,6 +121,7 @@ pub(super) fn measure_paths(job: &Job<'_>, shape: &mut LightShape) -> Result<()>
         return Ok(());
     }
     let (vpls, bounces) = (f64::from(settings.vpls), f64::from(settings.bounces));
+    shape.starts = starts::learn_starts(job)?.map(Arc::new);
     shape.path_count = PILOT_PATHS.min(settings.vpls);
     shape.vpl_capacity = shape.slot_count();
     let lights = trace(job, shape)?;

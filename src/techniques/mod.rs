@@ -11,6 +11,7 @@ mod reference;
 mod rules;
 mod shape;
 mod spacing;
+mod starts;
 
 use crate::dump::Entry;
 use crate::job::Job;

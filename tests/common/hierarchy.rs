@@ -152,6 +152,7 @@ pub fn shape(options: Options) -> LghShape {
     LghShape {
         lights: LightShape {
             path_count: 0,
+            starts: None,
             lacks_paths: false,
             bounces: 0,
             vpl_capacity: options.light_capacity,

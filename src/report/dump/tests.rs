@@ -29,6 +29,7 @@ fn frame_shape() -> FrameShape {
 
 const LIGHTS: LightShape = LightShape {
     path_count: 8,
+    starts: None,
     lacks_paths: false,
     bounces: 3,
     vpl_capacity: 24,

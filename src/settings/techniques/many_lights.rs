@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{at_least_one, require, within};
-use crate::settings::{LightSet, Switch};
+use crate::settings::{LightSet, Switch, VplImportance};
 use crate::shared::MAX_SHADOW_SAMPLES;
 
 settings_group! {
@@ -19,6 +19,10 @@ settings_group! {
         /// Diffuse bounces of a light path, at most this many, 1 to 64 [default: 3]
         #[arg(long, value_name = "N")]
         pub bounces: u32 = 3,
+        /// Where light paths start: in a scene of which the camera sees the light of a small part, where that light comes
+        /// from, or as many everywhere [default: view]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "view|none")]
+        pub vpl_importance: VplImportance = VplImportance::View,
         /// Nearer than this a light does not grow brighter: radii of the disc that a VPL stands for; 0 is the reference
         /// [default: 1]
         #[arg(long, value_name = "RADII", allow_negative_numbers = true)]
@@ -36,8 +40,8 @@ impl ManyLightSettings {
     /// What decides which lights are traced.
     #[must_use]
     pub fn traced(&self) -> impl PartialEq + use<> {
-        let Self { lights, vpls, bounces, clamp: _, shadow_samples: _, shadows: _ } = self;
-        (*lights, *vpls, *bounces)
+        let Self { lights, vpls, bounces, vpl_importance, clamp: _, shadow_samples: _, shadows: _ } = self;
+        (*lights, *vpls, *bounces, *vpl_importance)
     }
 }
 

@@ -30,7 +30,7 @@ fn reduced(shape: &LghShape, view: View) -> LghShape {
     if super::needs_shadows(view) {
         return shape.clone();
     }
-    let lights = LightShape { shadow_samples: 0, ..shape.lights };
+    let lights = LightShape { shadow_samples: 0, ..shape.lights.clone() };
     LghShape { lights, count_lights_tested: view == View::LightsTested, ..shape.clone() }
 }
 

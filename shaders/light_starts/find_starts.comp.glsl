@@ -1,0 +1,66 @@
+// Where light paths would have to start that light what the camera sees. One thread per path from the camera: through a point
+// of the picture, then by cosine-distributed diffuse bounces; at every vertex the light of one lamp, and the start of the
+// light path that would bring it. Light is the same in both directions, so that the starts, each weighted by its light, lie
+// as densely as light paths should.
+#include "common/frame.glsl"
+#include "common/random.glsl"
+#include "common/color.glsl"
+#include "common/octahedral.glsl"
+#include "common/scene.glsl"
+#include "common/punctual.glsl"
+#include "common/path_starts.glsl"
+#include "common/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+#include "shared/StartSample.glsl"
+// Path p of visible point v, vertex b: sample (v * START_PATHS + p) * bounces + b.
+layout(set = 0, binding = 1, std430) writeonly buffer StartSamples { StartSample start_samples[]; };
+
+// A point in one of START_GRID^2 parts of the picture, as a direction from the eye.
+vec3 view_direction(uint part, inout uint random_state) {
+    vec2 inside = vec2(random(random_state), random(random_state));
+    vec2 at = (vec2(part % START_GRID, part / START_GRID) + inside) / float(START_GRID) * 2.0 - 1.0;
+    return normalize(frame.forward_ws + at.x * frame.right_ws - at.y * frame.up_ws);
+}
+
+// What one lamp, picked by its share of the power, sends to the surface, and the start of its path.
+StartSample sample_start(HitSurface surface, vec3 origin, vec3 throughput, inout uint random_state) {
+    float position = random(random_state);
+    PunctualLight light = punctual_lights[light_at_share(position)];
+    vec3 irradiance = irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin);
+    vec3 received = throughput / PI * irradiance / max(light.path_probability, 1e-20);
+    return StartSample(vec3(position, start_through(light, surface.position_ws)), luminance(received));
+}
+
+void main() {
+    uint path = linear_thread();
+    if (path >= START_GRID * START_GRID * START_PATHS) {
+        return;
+    }
+    for (uint bounce = 0u; bounce < frame.bounces; ++bounce) {
+        start_samples[path * frame.bounces + bounce] = StartSample(vec3(0.0), 0.0);
+    }
+    // The paths of one part of the picture leave one point.
+    uint part = path / START_PATHS;
+    uint view_state = hash(part, frame_seed() ^ 0x2545f491u);
+    vec3 direction = view_direction(part, view_state);
+    Hit hit;
+    if (!traverse(frame.eye_ws, direction, 3e38, false, hit)) {
+        return;
+    }
+    HitSurface surface = surface_at_hit(hit, direction);
+    vec3 origin = surface.position_ws + surface.geometric * ray_offset(surface.position_ws);
+    uint random_state = hash(path, frame_seed() ^ 0x165667b1u);
+    direction = cosine_direction(surface.normal, r2_sequence(path % START_PATHS, view_state));
+    vec3 throughput = vec3(1.0);
+    for (uint bounce = 0u; bounce < frame.bounces; ++bounce) {
+        if (dot(direction, surface.geometric) <= 0.0 || !traverse(origin, direction, 3e38, false, hit)) {
+            return;
+        }
+        surface = surface_at_hit(hit, direction);
+        throughput *= surface.albedo;
+        origin = surface.position_ws + surface.geometric * ray_offset(surface.position_ws);
+        start_samples[path * frame.bounces + bounce] = sample_start(surface, origin, throughput, random_state);
+        direction = cosine_direction(surface.normal, vec2(random(random_state), random(random_state)));
+    }
+}

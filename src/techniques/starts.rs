@@ -1,0 +1,44 @@
+//! Where light paths start, learnt before the first frame from what the camera sees.
+
+use std::sync::Arc;
+
+use crate::Result;
+use crate::gpu::Executor;
+use crate::job::Job;
+use crate::light_paths::{self, Learnt, StartDensity};
+use crate::passes::{Frame, FrameShape, light_starts};
+use crate::settings::VplImportance;
+use crate::shared::StartSample;
+
+/// Starts are chosen where of so many paths that start anywhere only one counts: the noise of the light that they leave then
+/// falls to an eighth.
+const WORTH_CHOOSING: f64 = 64.0;
+/// And where so few VPLs would count that their number alone leaves the light of the picture uncertain by 5 %.
+const ENOUGH_VPLS: f64 = 400.0;
+
+/// Where paths start, learnt for a camera; `None` where as many start everywhere.
+pub(super) fn learn_starts(job: &Job<'_>) -> Result<Option<StartDensity>> {
+    let settings = &job.settings.many_lights;
+    if settings.vpl_importance == VplImportance::None || job.scene.light_count == 0 {
+        return Ok(None);
+    }
+    let samples = find_starts(job, settings.bounces)?;
+    let Some(learnt) = light_paths::learn(&samples, settings.bounces, job.scene.light_count == 1) else {
+        return Ok(None);
+    };
+    let Learnt { density, concentration } = learnt;
+    log::info!("of {concentration:.1} light paths that start anywhere, one counts");
+    let few = f64::from(settings.vpls) / concentration < ENOUGH_VPLS;
+    Ok((few && concentration > WORTH_CHOOSING).then_some(density))
+}
+
+fn find_starts(job: &Job<'_>, bounces: u32) -> Result<Vec<StartSample>> {
+    let mut frame = Frame::new(FrameShape::new(job.settings));
+    let samples = light_starts::add(&mut frame, bounces);
+    let mut executor = Executor::new(job.gpu, frame.graph, Some(Arc::clone(&job.scene.set)))?;
+    let mut data = job.frame_data();
+    data.bounces = bounces;
+    let ticket = executor.submit(bytemuck::bytes_of(&data))?;
+    executor.wait(ticket)?;
+    Ok(bytemuck::pod_collect_to_vec(&executor.read_buffer(samples)?))
+}

@@ -69,7 +69,7 @@ fn hierarchies() -> Vec<LghShape> {
 fn every_frame_fits_its_shaders() {
     let lights = hierarchy(LevelBuild::Cascade, 1, 1).lights;
     let references = [0, 1].map(|shadow_samples| {
-        let mut lights = lights;
+        let mut lights = lights.clone();
         (lights.path_count, lights.bounces, lights.shadow_samples) = (100, 2, shadow_samples);
         BruteForceShape(lights)
     });

@@ -13,13 +13,16 @@
 
 layout(local_size_x = 64) in;
 #include "shared/StartSample.glsl"
-// Path p of visible point v, vertex b: sample (v * START_PATHS + p) * bounces + b.
+// Path p of visible point v, vertex b: sample (v * paths_per_part + p) * bounces + b.
 layout(set = 0, binding = 1, std430) writeonly buffer StartSamples { StartSample start_samples[]; };
 
-// A point in one of START_GRID^2 parts of the picture, as a direction from the eye.
+// The picture has parts_per_edge^2 parts, and the point that is seen in each has so many paths.
+layout(push_constant) uniform Push { uint parts_per_edge; uint paths_per_part; };
+
+// A point in one of parts_per_edge^2 parts of the picture, as a direction from the eye.
 vec3 view_direction(uint part, inout uint random_state) {
     vec2 inside = vec2(random(random_state), random(random_state));
-    vec2 at = (vec2(part % START_GRID, part / START_GRID) + inside) / float(START_GRID) * 2.0 - 1.0;
+    vec2 at = (vec2(part % parts_per_edge, part / parts_per_edge) + inside) / float(parts_per_edge) * 2.0 - 1.0;
     return normalize(frame.forward_ws + at.x * frame.right_ws - at.y * frame.up_ws);
 }
 
@@ -34,14 +37,14 @@ StartSample sample_start(HitSurface surface, vec3 origin, vec3 throughput, inout
 
 void main() {
     uint path = linear_thread();
-    if (path >= START_GRID * START_GRID * START_PATHS) {
+    if (path >= parts_per_edge * parts_per_edge * paths_per_part) {
         return;
     }
     for (uint bounce = 0u; bounce < frame.bounces; ++bounce) {
         start_samples[path * frame.bounces + bounce] = StartSample(vec3(0.0), 0.0);
     }
     // The paths of one part of the picture leave one point.
-    uint part = path / START_PATHS;
+    uint part = path / paths_per_part;
     uint view_state = hash(part, frame_seed() ^ 0x2545f491u);
     vec3 direction = view_direction(part, view_state);
     Hit hit;
@@ -51,7 +54,7 @@ void main() {
     HitSurface surface = surface_at_hit(hit, direction);
     vec3 origin = surface.position_ws + surface.geometric * ray_offset(surface.position_ws);
     uint random_state = hash(path, frame_seed() ^ 0x165667b1u);
-    direction = cosine_direction(surface.normal, r2_sequence(path % START_PATHS, view_state));
+    direction = cosine_direction(surface.normal, r2_sequence(path % paths_per_part, view_state));
     vec3 throughput = vec3(1.0);
     for (uint bounce = 0u; bounce < frame.bounces; ++bounce) {
         if (dot(direction, surface.geometric) <= 0.0 || !traverse(origin, direction, 3e38, false, hit)) {

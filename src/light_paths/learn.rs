@@ -4,8 +4,13 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::StartDensity;
-use crate::shared::{START_PATHS, StartCell, StartSample};
+use crate::shared::{StartCell, StartSample};
 
+/// Parts of the picture along each edge that starts are sought from, and paths from the point that is seen in each: so many
+/// that places of a thousandth of the picture have their part, and so few that it takes less time than a frame.
+pub const PARTS_PER_EDGE: u32 = 32;
+/// See [`PARTS_PER_EDGE`].
+pub const PATHS_PER_PART: u32 = 16;
 /// Share of the paths that start where no light was found as well, so that light which was missed is there too, if noisier:
 /// half of it anywhere, half in any cell, as cells are small near where there is light.
 const SHARE_ANYWHERE: f64 = 0.2;
@@ -31,7 +36,7 @@ pub struct Learnt {
 /// each path. `None` where no light was found. With one light there is nothing to choose in the first number.
 #[must_use]
 pub fn learn(samples: &[StartSample], bounces: u32, one_light: bool) -> Option<Learnt> {
-    let weights = weights(samples, (START_PATHS * bounces) as usize);
+    let weights = weights(samples, (PATHS_PER_PART * bounces) as usize);
     let total: f64 = weights.iter().sum();
     let found: Vec<Weighted> = samples
         .iter()
@@ -152,4 +157,70 @@ fn density(parts: &[Part]) -> StartDensity {
         cell
     });
     StartDensity { cells: cells.collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{hash, unit_float};
+
+    /// What so many visible points find: `start` of each sample from three random numbers.
+    fn samples(points: u32, light: f32, start: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<StartSample> {
+        let numbers = |i: u32| [1, 2, 3].map(|salt| unit_float(hash(i ^ hash(salt))));
+        (0..points * PATHS_PER_PART).map(|i| StartSample { start: start(numbers(i)), light }).collect()
+    }
+
+    /// Whether the cells fill the cube and all paths start in one of them.
+    fn check(density: &StartDensity) -> Result<(), String> {
+        let volume: f64 = density.cells.iter().map(|cell| cell.size.map(f64::from).iter().product::<f64>()).sum();
+        let mut first = 0.0;
+        for cell in &density.cells {
+            if !((f64::from(cell.first) - first).abs() <= 1e-6 && cell.share > 0.0) {
+                return Err(format!("{cell:?} does not begin at {first}"));
+            }
+            first += f64::from(cell.share);
+        }
+        let complete = (volume - 1.0).abs() <= 1e-9 && (first - 1.0).abs() <= 1e-5;
+        if complete { Ok(()) } else { Err(format!("volume {volume}, shares {first}")) }
+    }
+
+    #[test]
+    fn even_light_has_nothing_to_choose() {
+        let learnt = learn(&samples(1000, 1.0, |numbers| numbers), 1, false).unwrap();
+        check(&learnt.density).unwrap();
+        assert!((1.0..1.2).contains(&learnt.concentration), "{}", learnt.concentration);
+        let mut wrong = learnt.density.clone();
+        wrong.cells.pop();
+        check(&wrong).unwrap_err();
+        check(&StartDensity::default()).unwrap();
+    }
+
+    #[test]
+    fn paths_start_where_the_light_comes_from() {
+        // All light through a part of a millionth.
+        let at = |[a, b, c]: [f32; 3]| [a, 0.3 + 1e-3 * b, 0.7 + 1e-3 * c];
+        let learnt = learn(&samples(1000, 1.0, at), 1, true).unwrap();
+        check(&learnt.density).unwrap();
+        assert!(learnt.concentration > 3e5 && learnt.concentration < 2e6, "{}", learnt.concentration);
+        let there = |cell: &&StartCell| cell.low[1] > 0.299 && cell.low[1] < 0.301 && cell.size[1] < 1e-2;
+        let share: f32 = learnt.density.cells.iter().filter(there).map(|cell| cell.share).sum();
+        assert!(share > 0.75, "{share}");
+        assert!(learnt.density.cells.iter().all(|cell| cell.size[0] == 1.0), "with one light nothing is chosen");
+    }
+
+    #[test]
+    fn dark_places_count_like_bright_ones() {
+        let mut both = samples(500, 100.0, |[a, b, c]| [a, 0.5 * b, c]);
+        both.extend(samples(500, 50.0, |[a, b, c]| [a, 0.5 + 0.5 * b, c]));
+        let learnt = learn(&both, 1, true).unwrap();
+        let dark: f32 = learnt.density.cells.iter().filter(|cell| cell.low[1] >= 0.5).map(|cell| cell.share).sum();
+        // By their light alone it were a third; a point of half the light counts 2/3 as much as a bright one or more.
+        assert!((0.38..0.5).contains(&dark), "{dark}");
+    }
+
+    #[test]
+    fn without_light_nothing_is_learnt() {
+        assert!(learn(&samples(10, 0.0, |numbers| numbers), 1, false).is_none());
+        assert!(learn(&[], 3, false).is_none());
+    }
 }

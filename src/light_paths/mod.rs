@@ -5,7 +5,7 @@
 
 mod learn;
 
-pub use learn::{Learnt, learn};
+pub use learn::{Learnt, PARTS_PER_EDGE, PATHS_PER_PART, learn};
 
 use crate::shared::StartCell;
 

@@ -3,7 +3,7 @@
 use super::{
     CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays,
     RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique,
-    View,
+    View, VplImportance,
 };
 
 /// Settings of which none is the default.
@@ -23,6 +23,7 @@ pub fn every_value_changed() -> Settings {
         s.many_lights.lights = LightSet::Both;
         s.many_lights.vpls = 1_000_000;
         s.many_lights.bounces = 5;
+        s.many_lights.vpl_importance = VplImportance::None;
         s.lgh.levels = Levels::Fixed(7);
         s.lgh.alpha = 1.7;
         s.lgh.lobe = Lobe::ClampedNormal;

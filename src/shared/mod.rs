@@ -61,10 +61,6 @@ shared_constants! {
     MOMENT_WORDS = 28;
     /// Most shadow samples (reservoirs) per pixel.
     MAX_SHADOW_SAMPLES = 16;
-    /// Parts of the picture along each edge that the starts of light paths are sought from.
-    START_GRID = 32;
-    /// Paths from the point that is seen in each of them.
-    START_PATHS = 16;
     /// Tiles that one dispatch of a reference technique covers: 4,096 pixels.
     REFERENCE_TILES = 64;
     /// Words that one workgroup of the exclusive scan covers at a time.

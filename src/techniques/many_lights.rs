@@ -14,7 +14,7 @@ use crate::passes::gbuffer::GBuffer;
 use crate::passes::light_shape::LightShape;
 use crate::passes::{Frame, FrameShape, debug_view, direct_light, vpl_trace};
 use crate::settings::{LightSet, Settings, View};
-use crate::shared::FrameData;
+use crate::shared::{FrameData, StartCell};
 use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
 
@@ -213,6 +213,13 @@ fn no_room(vpls: [u32; 2], grid_lights: [u32; 2]) -> Option<String> {
 /// Resources of the passes that make the lights S0.
 pub(super) const DUMP: &[Entry] = &[
     buffer(
+        "start_cells",
+        COUNT,
+        start_cells,
+        "Where light paths start: cells of the cube of a light's position in their order and the light's two numbers, each \
+         with its share of the paths.",
+    ),
+    buffer(
         "vpl_slot_positions",
         METRES_AND_BITS,
         slot_positions,
@@ -264,6 +271,11 @@ fn slot_positions(bytes: &[u8], known: &DumpContext<'_>) -> Array {
 
 fn slot_fluxes(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     slots(flux_fields(), bytes, known)
+}
+
+fn start_cells(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    let fields = vec![f("low", &[3]), f("first", &[]), f("size", &[3]), f("share", &[])];
+    Array::records(fields, &[(bytes.len() / size_of::<StartCell>()) as u64], bytes)
 }
 
 /// Lights in S0.

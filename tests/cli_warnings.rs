@@ -80,9 +80,10 @@ fn lights_without_room_are_told() {
         wall([0.0, 6.0, -2.0], [1.0, 0.0, 0.0]),
     ];
     let scene = under_a_lamp(folder.path(), 41.0, 1.0, &pot);
+    // Starts chosen by what is seen would all lead into the pot.
+    let options = "--technique brute-force --vpls 3000 --vpl-importance none --bounces 32";
     let told = (1..=16).find_map(|seed| {
-        let run =
-            render(folder.path(), &scene, &format!("--technique brute-force --vpls 3000 --bounces 32 --seed {seed}"));
+        let run = render(folder.path(), &scene, &format!("{options} --seed {seed}"));
         let sentence = run.stderr.contains(" had no room and were left out").then_some(run.stderr);
         println!("seed {seed}: {} vpls, {} paths", count(folder.path(), "vpls"), count(folder.path(), "paths"));
         sentence

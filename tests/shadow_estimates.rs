@@ -231,6 +231,29 @@ fn behind_thin_walls_the_ratio_is_wrong_and_the_corrected_estimate_right() {
     assert!(ratio.abs() > 0.15, "{ratio:+}");
 }
 
+/// At this alpha the hierarchy has no light for some pixels, and next to none for those beside them.
+#[test]
+fn pixels_whose_lights_are_lost_do_not_light_others() {
+    let Some(shared) = shared_dir() else {
+        eprintln!("skipped: no shared assets");
+        return;
+    };
+    let (test, scene) = (common::gpu(), file(&shared.join("assets/cornell/cornell.gltf")));
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let [raw, filtered] = [ShadowFilter::None, ShadowFilter::Atrous].map(|filter| {
+        let settings = settings(Technique::Lgh).changed(|s| {
+            s.picture.size = Size { width: 160, height: 90 };
+            s.many_lights.shadow_samples = 4;
+            s.lgh.shadow_estimate = Some(ShadowEstimate::Corrected);
+            s.lgh.filter = filter;
+            s.lgh.alpha = 0.5;
+        });
+        means(&test, &uploaded, &scene, &settings, &[1]).remove(0)
+    });
+    let gained = mean(&filtered) / mean(&raw) - 1.0;
+    assert!(gained.abs() <= 0.05, "the filter changes the light by {gained:+}");
+}
+
 #[test]
 fn planted_faults_are_noticed() {
     let truth = vec![1.0, 2.0, 3.0];

@@ -124,13 +124,14 @@ void look_at_samples(uvec2 pixel, float depth) {
     uint index = reservoir_index(interleaved);
     uint random_state = sampling_state(index);
     float share = 1.0 / float(shadow_sample_count());
+    float unit = ESTIMATE == ESTIMATE_RATIO ? receiver.unit : filter_unit(receiver);
     for (uint i = 0u; i < shadow_sample_count(); ++i) {
         uint light = receiver.total > 0.0 ? selected_light(index, i) : NO_LIGHT;
         InspectedSample found = InspectedSample(vec3(0.0), light, 0.0, 0u, SAMPLE_EMPTY, 0.0);
         ShadowSample result = trace_sample(receiver, light, share, random_state);
         if (light != NO_LIGHT) {
             found.position_ws = result.sender.position_ws;
-            found.estimate = result.has_ray ? luminance(result.estimate) : 0.0;
+            found.estimate = result.has_ray ? luminance(result.estimate) * receiver.unit / max(unit, 1e-30) : 0.0;
             found.level = merged_lights[light].level;
             found.state = !result.has_ray ? SAMPLE_UNLIT : result.blocked ? SAMPLE_BLOCKED : SAMPLE_VISIBLE;
             found.distance = distance(receiver.position_ws, result.sender.position_ws);

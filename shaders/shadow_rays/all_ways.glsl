@@ -24,6 +24,25 @@ float mean_total(uvec2 pixel) {
     return sum / max(pixels, 1.0);
 }
 
+// Of the light that all lights would send if they and the receiver faced each other, what estimates are at least taken
+// relative to.
+const float LEAST_EXPECTED = 1.0 / 16.0;
+
+// What estimates are filtered per unit of: the sum of f, so that the filter keeps what the hierarchy knows of light and dark.
+// Where the hierarchy has lost nearly all light, that is no measure: next to such pixels, whose estimates per unit are huge,
+// others would come out far too bright. The lights of the top level, as far away as their centre and spread say, bound it.
+float filter_unit(Receiver receiver) {
+    float expected = 0.0;
+    for (uint i = 0u; i < level_count(top_level()); ++i) {
+        GridLight light = grid_lights[level_first(top_level()) + i];
+        vec3 offset = light.position_ws - receiver.position_ws;
+        vec3 spread = max(light.variance, vec3(0.0));
+        float distance_squared = dot(offset, offset) + spread.x + spread.y + spread.z;
+        expected += light.luminance / max(distance_squared, max(clamp_squared(), 1e-30));
+    }
+    return max(receiver.mean_total + LEAST_EXPECTED * expected / (PI * PI), 1e-30);
+}
+
 // Luminance of all lights.
 float luminance_of_all() {
     float sum = 0.0;

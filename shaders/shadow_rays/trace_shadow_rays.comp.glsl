@@ -1,5 +1,5 @@
 // One shadow ray per reservoir, from the pixel to a point on the chosen light (section 3.3). Writes the shadowed
-// and the unshadowed estimate S and U per unit of the weights that the samples were chosen by, whose sum is in a; their
+// and the unshadowed estimate S and U per unit of what is in a: of the weights that the samples were chosen by (or filter_unit); their
 // ratio is the shadow (Heitz et al. 2018). One thread per pixel.
 #include "common/frame.glsl"
 #include "common/random.glsl"
@@ -48,6 +48,11 @@ void main() {
                 shadowed += result.blocked ? vec3(0.0) : result.estimate;
                 ++rays;
             }
+        }
+        if (ESTIMATE != ESTIMATE_RATIO) {
+            unit = filter_unit(receiver);
+            shadowed *= receiver.unit / unit;
+            unshadowed *= receiver.unit / unit;
         }
     }
     if (inside) {

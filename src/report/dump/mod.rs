@@ -61,6 +61,9 @@ pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
             Work::Compute(work) => work.push.clone(),
             _ => Vec::new(),
         };
+        if index == 0 {
+            frame.add_filled(graph.resources())?;
+        }
         frame.add_pass(index, graph.resources(), &written)?;
         frame.add_derived(index, graph.resources(), &written, sources.renderer.frame_data())
     })?;
@@ -118,6 +121,14 @@ struct FrameDump<'a> {
 impl FrameDump<'_> {
     fn technique(&self) -> &'static dyn Technique {
         self.shapes.technique.technique()
+    }
+
+    /// What the host has put into buffers before the first frame, as if the first pass had written it.
+    fn add_filled(&mut self, resources: &[Resource]) -> Result<()> {
+        let filled = resources.iter().enumerate().filter_map(|(i, resource)| Some((i, resource.contents.as_ref()?)));
+        filled
+            .map(|(resource, contents)| Written { resource, level: 0, bytes: contents.to_vec() })
+            .try_for_each(|part| self.add(0, &resources[part.resource], &part))
     }
 
     fn add_pass(&mut self, index: usize, resources: &[Resource], written: &[Written]) -> Result<()> {

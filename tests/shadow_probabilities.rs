@@ -220,10 +220,9 @@ fn draw(alpha: f32) -> Draws {
         .collect();
     let hierarchy = Hierarchy::read(&renderer, &settings);
     let (bvh, ends, size) = (build_binary(&scene), hierarchy.ways_down(), settings.picture.size);
-    let receivers: Vec<(Vec3, Vec3)> = (0..size.width * size.height)
-        .map(|i| surface(&bvh, &scene.cameras[0], size, i % size.width, i / size.width))
-        .collect();
-    let expected = receivers.iter().map(|(position, normal)| {
+    let receivers: Vec<(Vec3, Vec3, f32)> =
+        (0..(size.width * size.height) as usize).map(|i| surface(&bvh, &scene.cameras[0], size, i)).collect();
+    let expected = receivers.iter().map(|(position, normal, _)| {
         let weights = hierarchy.weights(*position, *normal, alpha);
         let all = hierarchy.probabilities(&ends, &weights, *position);
         std::array::from_fn(|j| if hierarchy.sent(j, *position, *normal) > 0.0 { all[j] } else { 0.0 })
@@ -234,7 +233,7 @@ fn draw(alpha: f32) -> Draws {
         for (pixel, radiance) in picture.chunks_exact(3).enumerate() {
             let Some(light) = light_of(radiance) else { continue };
             counts[light] += 1.0;
-            let (position, normal) = receivers[pixel];
+            let (position, normal, _) = receivers[pixel];
             let sent = hierarchy.sent(light, position, normal);
             draws.taken_for.push((pixel, light, sent / f64::from(radiance[0])));
         }

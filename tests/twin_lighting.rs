@@ -119,10 +119,10 @@ fn both(settings: &Settings) -> (Vec<Vec3>, Vec<Vec3>) {
 /// The lighting of every pixel by all lights, on the CPU.
 fn sums(settings: &Settings, scene: &Scene, by: &Hierarchy) -> Vec<Vec3> {
     let bvh = build_binary(scene);
-    (0..settings.picture.size.height)
-        .flat_map(|y| (0..settings.picture.size.width).map(move |x| (x, y)))
-        .map(|(x, y)| {
-            let (position, normal) = surface(&bvh, &scene.cameras[0], settings.picture.size, x, y);
+    let size = settings.picture.size;
+    (0..(size.width * size.height) as usize)
+        .map(|i| {
+            let (position, normal, _) = surface(&bvh, &scene.cameras[0], size, i);
             lighting(settings, by, position, normal)
         })
         .collect()

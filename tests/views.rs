@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::ValueEnum;
 use common::GpuTest;
 use common::compare::{all_finite, near};
-use common::rooms::{furnished_room, lamp_room};
+use common::rooms::{furnished_room, lamp_room, surface};
 use glam::Vec3;
 use gridlight::app::counts;
 use gridlight::cpu::grid::Grid;
@@ -17,7 +17,7 @@ use gridlight::files::pictures::{read_exr, read_png};
 use gridlight::gpu::Gpu;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
+use gridlight::scene::bvh::build_binary;
 use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Reservoir, Settings, ShadowEstimate, ShadowFilter, Size, Technique, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement, MAX_LEVEL, SUB_IMAGE_STRIDE};
@@ -59,23 +59,6 @@ fn see_uploaded(gpu: &Arc<Gpu>, uploaded: &UploadedScene, camera: &Camera, setti
     let pixels = (settings.picture.size.width * settings.picture.size.height) as usize;
     assert_eq!((values.len(), picture.len()), (pixels, pixels));
     Seen { values, picture, renderer }
-}
-
-/// Where the ray through a pixel's centre meets the room: the point, the wall's normal, the depth.
-fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, index: usize) -> (Vec3, Vec3, f32) {
-    let [x, y] = [index as u32 % size.width, index as u32 / size.width];
-    let half = (camera.yfov_rad * 0.5).tan();
-    let ndc_x = (x as f32 + 0.5) / size.width as f32 * 2.0 - 1.0;
-    let ndc_y = 1.0 - (y as f32 + 0.5) / size.height as f32 * 2.0;
-    let aspect = size.width as f32 / size.height as f32;
-    let direction = camera.forward_ws + camera.right_ws * (ndc_x * half * aspect) + camera.up_ws * (ndc_y * half);
-    let ray = Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX };
-    let depth = bvh.trace_closest(&ray).expect("the room is closed").t;
-    let position = ray.origin + direction * depth;
-    let axis = position.abs().max_position();
-    let mut normal = Vec3::ZERO;
-    normal[axis] = -position[axis].signum();
-    (position, normal, depth)
 }
 
 /// Passes unless more than one pixel in a hundred (on an edge between walls) is wrong.

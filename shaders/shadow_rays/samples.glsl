@@ -106,8 +106,8 @@ Sender jittered_sender(GridLight chosen, inout uint random_state) {
     return Sender(chosen.position_ws + jitter * sqrt(3.0 * chosen.variance), chosen.lobe, chosen.flux, chosen.level);
 }
 
-// One reservoir's estimate of the unshadowed lighting, per unit of its sum of weights, and whether something stands before its light. Without light
-// towards the receiver there is no ray.
+// One reservoir's estimate of the unshadowed lighting, per unit of its sum of weights, and whether something stands before
+// its light. Without light towards the receiver there is no ray.
 struct ShadowSample {
     Sender sender;
     vec3 estimate;

@@ -1,6 +1,7 @@
 // One shadow ray per reservoir, from the pixel to a point on the chosen light (section 3.3). Writes the shadowed
-// and the unshadowed estimate S and U per unit of what is in a: of the weights that the samples were chosen by (or filter_unit); their
-// ratio is the shadow (Heitz et al. 2018). One thread per pixel.
+// and the unshadowed estimate S and U per unit of what is in a: for their ratio, which is the shadow (Heitz et al. 2018), the
+// sum of the weights that the samples were chosen by, and where S is the light itself the unit that it is filtered by. One
+// thread per pixel.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/color.glsl"

@@ -40,19 +40,21 @@ pub fn add_quad(scene: &mut Scene, quad: [Vec3; 4]) {
     scene.draws[0].index_count = scene.indices.len() as u32;
 }
 
-/// Where the ray through a pixel's centre meets [`lamp_room`], and the wall's normal.
-pub fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, x: u32, y: u32) -> (Vec3, Vec3) {
+/// Where the ray through a pixel's centre meets [`lamp_room`]: the point, the wall's normal, the depth.
+pub fn surface(bvh: &BinaryBvh, camera: &Camera, size: Size, index: usize) -> (Vec3, Vec3, f32) {
+    let [x, y] = [index as u32 % size.width, index as u32 / size.width];
     let half = (camera.yfov_rad * 0.5).tan();
     let ndc_x = (x as f32 + 0.5) / size.width as f32 * 2.0 - 1.0;
     let ndc_y = 1.0 - (y as f32 + 0.5) / size.height as f32 * 2.0;
     let aspect = size.width as f32 / size.height as f32;
     let direction = camera.forward_ws + camera.right_ws * (ndc_x * half * aspect) + camera.up_ws * (ndc_y * half);
     let ray = Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX };
-    let position = ray.origin + direction * bvh.trace_closest(&ray).expect("the room is closed").t;
+    let depth = bvh.trace_closest(&ray).expect("the room is closed").t;
+    let position = ray.origin + direction * depth;
     let axis = position.abs().max_position();
     let mut normal = Vec3::ZERO;
     normal[axis] = -position[axis].signum();
-    (position, normal)
+    (position, normal, depth)
 }
 
 /// A floor and a wall lit by the sun, a roof between them that shadows, and sky around.

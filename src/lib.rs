@@ -6,6 +6,7 @@ pub mod cli;
 pub mod compare;
 pub mod cpu;
 pub mod dump;
+pub mod environment;
 pub mod error;
 pub mod files;
 pub mod frame;

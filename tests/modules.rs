@@ -8,6 +8,7 @@ use std::path::Path;
 const LAYERS: &[&[&str]] = &[
     &["error", "progress", "random"],
     &["camera", "files", "graph", "interrupt", "shared"],
+    &["environment"],
     &["compare", "light_grid", "light_paths", "scene", "settings", "shader"],
     &["cpu", "gpu", "views"],
     &["uploaded_scene"],

@@ -6,12 +6,14 @@ use std::sync::Arc;
 
 use directories::ProjectDirs;
 
+use crate::environment::Environment;
+use crate::files::pictures;
 use crate::gpu::{Gpu, GpuOptions};
 use crate::progress::{Bar, Progress};
 use crate::renderer::UploadedScene;
 use crate::report::timings::SceneInfo;
 use crate::scene::{Camera, Light, Scene, gltf};
-use crate::settings::{DeviceSettings, Settings, SunPlace};
+use crate::settings::{DeviceSettings, EnvironmentSettings, EnvironmentSource, SceneSettings, Settings, SunPlace};
 use crate::{Error, Result, camera};
 
 /// The scene shown when none is named.
@@ -46,11 +48,17 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
             bar.set(done);
         }
     };
-    read_scene(settings.scene.file.as_deref(), settings.scene.sun, &report)
+    let SceneSettings { file, sun, .. } = &settings.scene;
+    read_scene(file.as_deref(), *sun, &settings.environment, &report)
 }
 
-/// The scene of a file, or the built-in one, with the sun where it is asked for.
-pub(super) fn read_scene(path: Option<&Path>, sun: Option<SunPlace>, report: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+/// The scene of a file, or the built-in one, with the sun where it is asked for, in its environment.
+pub(super) fn read_scene(
+    path: Option<&Path>,
+    sun: Option<SunPlace>,
+    environment: &EnvironmentSettings,
+    report: &dyn Fn(&str, u64, u64),
+) -> Result<Scene> {
     let mut scene = match path {
         Some(path) => gltf::load(path, report),
         None => gltf::load_bytes("courtyard", COURTYARD, report),
@@ -63,7 +71,22 @@ pub(super) fn read_scene(path: Option<&Path>, sun: Option<SunPlace>, report: &dy
         *first.ok_or_else(|| Error::Usage("--sun needs a directional light, and the scene has none".to_owned()))? =
             sun.travel_ws();
     }
+    scene.environment = read_environment(environment.source.as_ref())?.map(Arc::new);
     Ok(scene)
+}
+
+/// The environment that is asked for.
+fn read_environment(source: Option<&EnvironmentSource>) -> Result<Option<Environment>> {
+    match source {
+        None | Some(EnvironmentSource::None) => Ok(None),
+        Some(EnvironmentSource::Uniform(radiance)) => Ok(Some(Environment::uniform(*radiance))),
+        Some(EnvironmentSource::File(path)) => {
+            let (width, height, rgb) = pictures::read_exr(path)?;
+            let radiance = rgb.chunks_exact(3).map(|texel| [texel[0], texel[1], texel[2]]).collect();
+            Ok(Some(Environment { size: [width, height], radiance, suns: Vec::new() }))
+        }
+        Some(EnvironmentSource::Sky) => Err(Error::Usage("environment sky is not there yet".to_owned())),
+    }
 }
 
 /// The scene on the device, with what the settings trace rays with.

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::Command;
 use super::options::{DiagnosticsArgs, FileArgs, Overrides};
 use crate::settings::{
-    DeviceSettings, LghSettings, LightSet, ManyLightSettings, PictureSettings, SceneSettings, Scope, Settings, Size,
-    TracingSettings,
+    DeviceSettings, EnvironmentSettings, LghSettings, LightSet, ManyLightSettings, PictureSettings, SceneSettings,
+    Scope, Settings, Size, TracingSettings,
 };
 use crate::{Error, Result, techniques};
 
@@ -29,6 +29,8 @@ pub const REPORT_FILES: [&str; 3] = ["report.json", "report.md", "report.html"];
 pub(super) struct ErrorReportArgs {
     #[command(flatten)]
     scene: Overrides<SceneSettings>,
+    #[command(flatten)]
+    environment: Overrides<EnvironmentSettings>,
     #[command(flatten)]
     file: FileArgs,
     #[command(flatten)]
@@ -91,6 +93,7 @@ impl ErrorReportArgs {
         let file = self.file.settings;
         let mut settings = Box::new(base_settings(file.as_deref())?);
         self.scene.apply(&mut settings.scene)?;
+        self.environment.apply(&mut settings.environment)?;
         self.picture.apply(&mut settings.picture)?;
         self.tracing.apply(&mut settings.tracing)?;
         self.many_lights.apply(&mut settings.many_lights)?;

@@ -12,8 +12,8 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::settings::{
-    DeviceSettings, LghSettings, ManyLightSettings, OutputSettings, PathTraceSettings, PictureSettings, RenderSettings,
-    RunSettings, SceneSettings, Settings, TracingSettings, WindowSettings,
+    DeviceSettings, EnvironmentSettings, LghSettings, ManyLightSettings, OutputSettings, PathTraceSettings,
+    PictureSettings, RenderSettings, RunSettings, SceneSettings, Settings, TracingSettings, WindowSettings,
 };
 use crate::{Error, Result, techniques};
 use commands::Subcommand;
@@ -86,6 +86,8 @@ pub struct Args {
     subcommand: Option<Subcommand>,
     #[command(flatten)]
     scene: Overrides<SceneSettings>,
+    #[command(flatten)]
+    environment: Overrides<EnvironmentSettings>,
     #[command(flatten)]
     file: FileArgs,
     #[command(flatten)]
@@ -174,6 +176,7 @@ impl Args {
         let file = self.file.settings;
         let mut settings = file.as_deref().map_or_else(|| Ok(Settings::default()), Settings::read)?;
         self.scene.apply(&mut settings.scene)?;
+        self.environment.apply(&mut settings.environment)?;
         self.run.apply(&mut settings.run)?;
         self.picture.apply(&mut settings.picture)?;
         self.render.apply(&mut settings.render)?;

@@ -66,7 +66,20 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
     let Runs { indices, triangle_materials, draws } = runs;
     let Found { cameras, lights, .. } = found;
     let name = name.to_owned();
-    Ok(Scene { name, vertices, indices, triangle_materials, draws, materials, textures, cameras, lights, bounds })
+    let environment = None;
+    Ok(Scene {
+        name,
+        vertices,
+        indices,
+        triangle_materials,
+        draws,
+        materials,
+        textures,
+        cameras,
+        lights,
+        environment,
+        bounds,
+    })
 }
 
 /// The triangles of all meshes of the scene, with one line in the log for each kind of thing left out.

@@ -16,9 +16,12 @@ pub mod query_geometry;
 pub mod testing;
 pub mod upload;
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 pub use crate::camera::Camera;
+use crate::environment::Environment;
 
 /// One vertex in world space, as the GPU reads it (24 bytes, no padding).
 #[repr(C)]
@@ -150,6 +153,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Lights in the order of the file, or one default sun.
     pub lights: Vec<Light>,
+    /// Light from all around, neither turned nor scaled yet.
+    pub environment: Option<Arc<Environment>>,
     /// Bounds of all vertices used by triangles.
     pub bounds: Aabb,
 }

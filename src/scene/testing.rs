@@ -63,6 +63,7 @@ pub fn scene_from_quads(name: &str, quads: &[[Vec3; 4]], material: Material) -> 
         textures: Vec::new(),
         cameras: vec![framing_camera(&bounds)],
         lights: vec![default_sun()],
+        environment: None,
         bounds,
     }
 }

@@ -4,6 +4,7 @@
 //! checks. A settings file knows no groups: its keys are the long options of the command line, without the dashes.
 
 mod edit;
+mod environment;
 mod file;
 mod group;
 mod groups;
@@ -20,6 +21,7 @@ use serde::Serialize;
 use serde::de::MapAccess;
 
 pub use edit::plain;
+pub use environment::{EnvironmentSettings, EnvironmentSource};
 use group::{Group, Validate, is_key};
 pub use groups::{
     DeviceSettings, OutputSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, TracingSettings,
@@ -81,6 +83,8 @@ macro_rules! settings_tree {
 settings_tree! {
     /// What is looked at, from where, and under which sun.
     scene: SceneSettings,
+    /// Light from all around the scene.
+    environment: EnvironmentSettings,
     /// How a run goes.
     run: RunSettings,
     /// What every picture has, whatever it shows.

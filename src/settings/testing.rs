@@ -1,9 +1,9 @@
 //! Settings for tests.
 
 use super::{
-    CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, PresentMode, Rays,
-    RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique,
-    View, VplImportance,
+    CenterWeight, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe,
+    PresentMode, Rays, RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace,
+    Switch, Technique, View, VplImportance,
 };
 
 /// Settings of which none is the default.
@@ -16,6 +16,9 @@ pub fn every_value_changed() -> Settings {
         s.picture.size = Size { width: 320, height: 180 };
         s.scene.camera = Some("atrium".into());
         s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: 20.5 });
+        s.environment.source = Some(EnvironmentSource::File("a/b c.hdr".into()));
+        s.environment.scale = 0.5;
+        s.environment.turn_deg = -30.0;
         s.render.technique = Technique::PathTrace;
         s.path_trace.samples = 3;
         s.render.accumulate = 4;

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use crate::app::setup::read_scene;
 use crate::renderer::ReadyScene;
 use crate::scene::Scene;
-use crate::settings::SunPlace;
+use crate::settings::{EnvironmentSettings, SunPlace};
 use crate::{Error, Result};
 
 /// A scene that is ready for upload.
@@ -28,11 +28,17 @@ pub struct Loading {
 }
 
 impl Loading {
-    /// Starts to load a file or the built-in scene, with its sun at a place, for a device whose image arrays end at `array_layers`.
+    /// Starts to load a file or the built-in scene, with its sun at a place, in an environment, for a device whose image arrays end at `array_layers`.
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn start(path: Option<PathBuf>, sun: Option<SunPlace>, array_layers: u32) -> Result<Self> {
+    pub fn start(
+        path: Option<PathBuf>,
+        sun: Option<SunPlace>,
+        environment: &EnvironmentSettings,
+        array_layers: u32,
+    ) -> Result<Self> {
+        let environment = environment.clone();
         let step = Arc::new(Mutex::new("reading".to_owned()));
         let (shared, file) = (Arc::clone(&step), path.clone());
         let load = move || {
@@ -42,7 +48,7 @@ impl Loading {
                 }
             };
             let report = |step: &str, done: u64, total: u64| say(format!("{step} {} %", 100 * done / total.max(1)));
-            let scene = read_scene(file.as_deref(), sun, &report)?;
+            let scene = read_scene(file.as_deref(), sun, &environment, &report)?;
             say("BVH".to_owned());
             let ready = ReadyScene::new(&scene, array_layers);
             Ok(Loaded { path: file, scene, ready })

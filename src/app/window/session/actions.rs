@@ -135,7 +135,8 @@ impl Session {
             self.panel.show_error("a scene is being loaded already".to_owned());
             return Ok(());
         }
-        let started = Loading::start(path, None, self.presenter.gpu().report().limits.array_layers);
+        let started =
+            Loading::start(path, None, &self.settings.environment, self.presenter.gpu().report().limits.array_layers);
         self.loading = self.recover(started)?;
         self.panel.clear_error();
         Ok(())

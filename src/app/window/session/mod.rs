@@ -130,7 +130,8 @@ impl Session {
         }
         let size = window.inner_size();
         let layers = presenter.gpu().report().limits.array_layers;
-        let loading = Some(Loading::start(settings.scene.file.clone(), settings.scene.sun, layers)?);
+        let loading =
+            Some(Loading::start(settings.scene.file.clone(), settings.scene.sun, &settings.environment, layers)?);
         let now = Instant::now();
         Ok(Self {
             panel: Panel::new(&window),

@@ -15,7 +15,7 @@ pub(crate) trait Validate {
 pub(crate) trait Group: Validate + Clone {
     /// What the group is about.
     const SCOPE: Scope;
-    /// The keys in a settings file, with `_` for `-`.
+    /// The keys in a settings file; `_` may stand for `-`.
     const KEYS: &'static [&'static str];
 
     /// Takes over the value that follows `key` in a settings file; whether the group has this key.

@@ -47,6 +47,9 @@ impl<'a> Job<'a> {
             Exposure::Auto => 0.0,
             Exposure::Fixed(factor) => factor,
         };
+        let environment = &settings.environment;
+        // Nothing is drawn from what is scaled to nothing.
+        let environment_cells = if environment.scale > 0.0 { scene.environment_cells } else { [0; 2] };
         FrameData {
             clip_from_world: view.clip_from_world.to_cols_array_2d(),
             eye_ws: view.eye_ws.to_array(),
@@ -64,6 +67,9 @@ impl<'a> Job<'a> {
             sampling_seed: settings.tracing.seed,
             direct_lights: scene.light_count,
             first_point_light: scene.first_point_light,
+            environment_cells,
+            environment_scale: environment.scale * scene.environment_scale,
+            environment_turn: environment.turn_deg / 360.0,
             exposure,
             largest_triangle: scene.largest_triangle,
             ..FrameData::zeroed()

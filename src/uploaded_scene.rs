@@ -21,6 +21,10 @@ pub struct UploadedScene {
     pub(crate) first_point_light: u32,
     pub(crate) light_count: u32,
     pub(crate) has_structures: bool,
+    /// Cells of the environment's table; 0 where nothing comes from the environment.
+    pub(crate) environment_cells: [u32; 2],
+    /// Radiance over what the environment's image holds.
+    pub(crate) environment_scale: f32,
     /// Directional and spot lights, as uploaded.
     other_lights: Vec<PunctualLight>,
 }
@@ -66,7 +70,8 @@ impl UploadedScene {
         check_rays(gpu, rays)?;
         let ReadyScene { bvh, prepared } = ready;
         bvh.check_depth()?;
-        let PreparedScene { materials, lights, first_point_light, albedo, textures, material_textures } = prepared;
+        let PreparedScene { materials, lights, first_point_light, environment, albedo, textures, material_textures } =
+            prepared;
         let query = (rays == Rays::Query).then(|| QueryGeometry::new(scene, &bvh.triangles));
         let data = SceneData {
             query: query.as_ref(),
@@ -76,6 +81,7 @@ impl UploadedScene {
             indices: bytemuck::cast_slice(&scene.indices),
             materials: bytemuck::cast_slice(materials),
             lights: bytemuck::cast_slice(lights),
+            environment,
             albedo_size_px: albedo.size_px,
             albedo_layers: &albedo.layers,
             textures,
@@ -92,6 +98,8 @@ impl UploadedScene {
             first_point_light,
             light_count,
             has_structures: query.is_some(),
+            environment_cells: environment.cells,
+            environment_scale: environment.scale,
             other_lights,
         })
     }

@@ -9,9 +9,9 @@ use common::hierarchy::{Options, frame_shape, shape};
 use gridlight::frame;
 use gridlight::gpu::{Work, check_interfaces};
 use gridlight::graph::{Graph, plan};
-use gridlight::passes::FrameShape;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::present::{self, Part, WindowFormat};
+use gridlight::passes::{EnvironmentShape, FrameShape};
 use gridlight::settings::{
     CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter, ShadowPoints, View,
 };
@@ -75,7 +75,9 @@ fn every_frame_fits_its_shaders() {
     });
     for rays in [Rays::Bvh, Rays::Query] {
         for inspect in [false, true] {
-            let frame = FrameShape { rays, inspect, accumulate: inspect, direct: !inspect, ..frame_shape() };
+            let environment = Some(EnvironmentShape { samples: 4, is_filtered: inspect });
+            let frame =
+                FrameShape { rays, inspect, accumulate: inspect, direct: !inspect, environment, ..frame_shape() };
             hierarchies().iter().for_each(|shape| check(&frame, shape));
             references.iter().for_each(|shape| check(&frame, shape));
             check(&frame, &PathTraceShape { samples: 4 });
@@ -87,7 +89,8 @@ fn every_frame_fits_its_shaders() {
 #[test]
 fn every_view_fits_its_shaders() {
     for view in View::value_variants() {
-        let frame = FrameShape { view: *view, inspect: true, ..frame_shape() };
+        let environment = Some(EnvironmentShape { samples: 4, is_filtered: true });
+        let frame = FrameShape { view: *view, inspect: true, environment, ..frame_shape() };
         for mut shape in hierarchies() {
             shape.lights.shadow_samples = shape.lights.shadow_samples.max(1);
             check(&frame, &shape);
@@ -97,7 +100,8 @@ fn every_view_fits_its_shaders() {
 
 /// Names of passes without their steps, of frames with every technique and mode.
 fn names_of_passes() -> BTreeSet<String> {
-    let frame = FrameShape { inspect: true, accumulate: true, ..frame_shape() };
+    let environment = Some(EnvironmentShape { samples: 4, is_filtered: false });
+    let frame = FrameShape { inspect: true, accumulate: true, environment, ..frame_shape() };
     let view = FrameShape { view: View::Normal, ..frame_shape() };
     let mut graphs: Vec<_> = hierarchies().iter().map(|shape| build(&frame, shape)).collect();
     graphs.push(build(&frame, &BruteForceShape(hierarchy(LevelBuild::Cascade, 1, 1).lights)));

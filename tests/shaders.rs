@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use glam::Vec3;
+use gridlight::environment::Environment;
 use gridlight::gpu::{Gpu, Work};
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
@@ -61,10 +62,11 @@ fn a_changed_missing_or_extra_source_is_stale() {
     assert_eq!(stale(&sources, &changed), [name]);
 }
 
-/// A closed room with a lamp: everything has indirect light.
+/// A closed room with a lamp, in an environment: everything has indirect light.
 fn room() -> Scene {
     let mut scene = box_room(4.0, Vec3::splat(0.6));
     scene.lights = vec![Light::Point { position_ws: Vec3::new(0.5, 1.2, -0.4), intensity: Vec3::splat(4.0) }];
+    scene.environment = Some(Arc::new(Environment::uniform([0.5; 3])));
     let camera = &mut scene.cameras[0];
     camera.position_ws = Vec3::new(0.0, 0.0, 1.5);
     (camera.right_ws, camera.up_ws, camera.forward_ws) = (Vec3::X, Vec3::Y, Vec3::NEG_Z);

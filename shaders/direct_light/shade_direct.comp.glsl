@@ -1,11 +1,13 @@
-// Direct light of suns, spots and points with one shadow ray each. One thread per pixel.
-// Reads the G-buffer and the scene, writes outgoing radiance.
+// Direct light of suns, spots and points with one shadow ray each, of the environment as it has been sampled, and the
+// environment itself where no surface hides it. One thread per pixel. Reads the G-buffer and the scene, writes outgoing
+// radiance.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/gbuffer.glsl"
 #include "common/random.glsl"
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
+#include "common/environment.glsl"
 
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -13,7 +15,10 @@ layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform texture2D albedo_image;
 layout(set = 0, binding = 3) uniform utexture2D normals_image;
-layout(set = 0, binding = 4, rgba32f) uniform writeonly image2D out_direct;
+// Radiance per unit albedo.
+layout(set = 0, binding = 4) uniform texture2D environment_lighting;
+layout(set = 0, binding = 5, rgba32f) uniform writeonly image2D out_direct;
+layout(constant_id = 0) const uint HAS_ENVIRONMENT_LIGHT = 0u;
 
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;
@@ -32,7 +37,13 @@ void main() {
         for (uint i = 0u; i < frame.direct_lights; ++i) {
             irradiance += irradiance_from(punctual_lights[i], position, shading, geometric, origin);
         }
-        radiance = texelFetch(albedo_image, ivec2(pixel), 0).rgb / PI * irradiance;
+        vec3 albedo = texelFetch(albedo_image, ivec2(pixel), 0).rgb;
+        radiance = albedo / PI * irradiance;
+        if (HAS_ENVIRONMENT_LIGHT != 0u) {
+            radiance += albedo * texelFetch(environment_lighting, ivec2(pixel), 0).rgb;
+        }
+    } else if (has_environment()) {
+        radiance = environment_radiance(normalize(view_ray(pixel)));
     }
     imageStore(out_direct, ivec2(pixel), vec4(radiance, 1.0));
 }

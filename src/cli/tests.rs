@@ -52,7 +52,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --technique lgh --samples 3 --direct off --lights both --vpls 7 --vpl-importance none \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --direct off --lights both --vpls 7 --vpl-importance none \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
@@ -67,6 +67,7 @@ fn every_option_arrives() {
         s.environment.source = Some(EnvironmentSource::Uniform([1.0, 0.5, 2.0]));
         s.environment.scale = 0.5;
         s.environment.turn_deg = -30.0;
+        s.environment.samples = 9;
         s.render.technique = Technique::Lgh;
         s.path_trace.samples = 3;
         s.render.accumulate = 1;

@@ -4,6 +4,7 @@
 //! with a = 2 pi (u - 1/2), so that the middle of the image is +x.
 
 mod sampling;
+pub mod upload;
 
 use std::f32::consts::{PI, TAU};
 

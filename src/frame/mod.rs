@@ -5,6 +5,7 @@ pub mod readback;
 use crate::gpu::Work;
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::passes::debug_view::{self, SurfaceView};
+use crate::passes::direct_light::EnvironmentLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::inspect::{self, InspectorInputs};
 use crate::passes::tone_map::{self, ToneMapped};
@@ -41,7 +42,8 @@ pub fn build(shapes: &Shapes) -> (Graph<Work>, FrameOutputs) {
 
 fn add_picture(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> FrameOutputs {
     let added = shapes.technique.add_passes(frame, gbuffer);
-    let direct = frame.shape.direct.then(|| direct_light::add(frame, gbuffer));
+    let environment_light = shapes.technique.environment_light();
+    let direct = frame.shape.direct.then(|| direct_light::add(frame, gbuffer, environment_light));
     let mut radiance = compose::add(frame, gbuffer, direct, added.indirect);
     let inspected = frame.shape.inspect.then(|| {
         let inputs = InspectorInputs { radiance, direct, indirect: added.indirect };
@@ -84,7 +86,7 @@ fn surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) -> AddedVie
 }
 
 fn direct(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {
-    let direct = direct_light::add(frame, gbuffer);
+    let direct = direct_light::add(frame, gbuffer, EnvironmentLight::Here);
     let values = compose::add(frame, gbuffer, Some(direct), None);
     AddedView { values, picture: tone_map::add(frame, values), outputs: TechniqueOutputs::default() }
 }

@@ -9,6 +9,7 @@ mod context;
 mod descriptors;
 mod device;
 mod diagnostics;
+mod environment;
 mod executor;
 mod features;
 mod image;

@@ -10,11 +10,13 @@ use super::buffer::Buffer;
 use super::check;
 use super::descriptors::{Bound, Sets};
 use super::device::Device;
+use super::environment::EnvironmentParts;
 use super::image::Image;
 use super::physical::Physical;
-use super::transfer::{Subresource, upload_buffer, upload_image};
+use super::transfer::{Subresource, storage_buffer, upload_image};
 use super::word_image::WordImage;
 use super::work::StructureLevel;
+use crate::environment::upload::PreparedEnvironment;
 use crate::error::{Error, Result};
 use crate::graph::ImageInfo;
 use crate::scene::Draw;
@@ -37,6 +39,8 @@ pub struct SceneData<'a> {
     pub materials: &'a [u8],
     /// `PunctualLight`s, directional and spot lights first.
     pub lights: &'a [u8],
+    /// Light from all around.
+    pub environment: &'a PreparedEnvironment,
     /// Edge of the albedo array's layers.
     pub albedo_size_px: u32,
     /// Layers of the albedo array, at least one.
@@ -60,6 +64,10 @@ pub enum ScenePart {
     Materials,
     /// `PunctualLight`s, a buffer.
     Lights,
+    /// Light from all around, an image.
+    EnvironmentMap,
+    /// The sums that directions of the environment are drawn from, a buffer.
+    EnvironmentTable,
     /// BVH nodes, an image of words.
     Nodes,
     /// BVH triangles in leaf order, an image of words.
@@ -73,11 +81,13 @@ pub enum ScenePart {
 }
 
 impl ScenePart {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 11] = [
         Self::Vertices,
         Self::Indices,
         Self::Materials,
         Self::Lights,
+        Self::EnvironmentMap,
+        Self::EnvironmentTable,
         Self::Nodes,
         Self::Triangles,
         Self::TopStructure,
@@ -93,6 +103,8 @@ impl ScenePart {
             Self::Indices => "scene_indices",
             Self::Materials => "scene_materials",
             Self::Lights => "scene_lights",
+            Self::EnvironmentMap => "environment_map",
+            Self::EnvironmentTable => "environment_table",
             Self::Nodes => "bvh_nodes",
             Self::Triangles => "bvh_triangles",
             Self::TopStructure => "top_structure",
@@ -114,6 +126,7 @@ pub struct SceneSet {
     /// BVH triangles.
     pub(super) triangles: WordImage,
     nodes: WordImage,
+    environment: EnvironmentParts,
     query: Option<(Acceleration, Buffer)>,
     _images: Vec<Image>,
     _samplers: [Sampler; 2],
@@ -162,6 +175,8 @@ impl SceneSet {
             ScenePart::Indices => Some(buffer(&self.indices)),
             ScenePart::Materials => Some(buffer(materials)),
             ScenePart::Lights => Some(buffer(lights)),
+            ScenePart::EnvironmentMap => Some(self.environment.physical()[0]),
+            ScenePart::EnvironmentTable => Some(self.environment.physical()[1]),
             ScenePart::Nodes => Some(self.nodes.physical()),
             ScenePart::Triangles => Some(self.triangles.physical()),
             ScenePart::TopStructure => structures.map(|[top, _]| buffer(top)),
@@ -197,6 +212,7 @@ impl SceneSet {
         let lights = storage_buffer(gpu, "scene lights", data.lights, storage)?;
         let nodes = WordImage::new(gpu, "BVH nodes", data.nodes)?;
         let triangles = WordImage::new(gpu, "BVH triangles", data.triangles)?;
+        let environment = EnvironmentParts::new(gpu, data.environment)?;
         let sampler = Sampler::new(gpu, gpu.features().anisotropy)?;
         let plain_sampler = Sampler::new(gpu, false)?;
         let images = upload_textures(gpu, data)?;
@@ -211,6 +227,7 @@ impl SceneSet {
             (5, bound(&lights)),
             (6, Bound::Texture { view: images[0].view, sampler: plain_sampler.raw }),
         ];
+        contents.extend(environment.bound());
         let query = data.query.map(|geometry| query_parts(gpu, &vertices, geometry)).transpose()?;
         if let Some((acceleration, structure_triangles)) = &query {
             contents.extend([(7, acceleration.bound()), (8, bound(structure_triangles))]);
@@ -240,6 +257,7 @@ impl SceneSet {
             buffers: [materials, lights],
             triangles,
             nodes,
+            environment,
             query,
             _images: images,
             _samplers: [sampler, plain_sampler],
@@ -253,22 +271,6 @@ fn query_parts(gpu: &Arc<Device>, vertices: &Buffer, geometry: &QueryGeometry) -
     let structure_triangles =
         storage_buffer(gpu, "structure triangles", structure_triangles, vk::BufferUsageFlags::STORAGE_BUFFER)?;
     Ok((Acceleration::new(gpu, vertices, geometry)?, structure_triangles))
-}
-
-fn storage_buffer(gpu: &Arc<Device>, name: &str, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<Buffer> {
-    let limit = gpu.report().limits.storage_range_bytes;
-    if bytes.len() as u64 > limit {
-        return Err(Error::Failure(format!(
-            "the scene is too large for this device: {name} take {} MiB, a storage buffer holds {} MiB",
-            bytes.len() >> 20,
-            limit >> 20
-        )));
-    }
-    // Any of them may be read back for a dump.
-    let usage = usage | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
-    let buffer = Buffer::new(gpu, name, bytes.len().max(64) as u64, usage)?;
-    upload_buffer(gpu, &buffer, bytes)?;
-    Ok(buffer)
 }
 
 /// The albedo array, one white texel, and every texture with its mips.

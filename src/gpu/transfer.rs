@@ -9,7 +9,7 @@ use super::check;
 use super::device::Device;
 use super::image::Image;
 use super::physical::{image_levels, texel_bytes};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::graph::ImageInfo;
 
 /// Bytes staged at a time when a buffer is uploaded.
@@ -108,6 +108,31 @@ pub(super) fn upload_raw(gpu: &Arc<Device>, target: vk::Buffer, bytes: &[u8]) ->
         })?;
     }
     Ok(())
+}
+
+/// A storage buffer of the scene with these contents.
+///
+/// # Errors
+/// [`Error::Failure`] when they exceed the device's storage buffer range; [`Error::Memory`].
+pub(super) fn storage_buffer(
+    gpu: &Arc<Device>,
+    name: &str,
+    bytes: &[u8],
+    usage: vk::BufferUsageFlags,
+) -> Result<Buffer> {
+    let limit = gpu.report().limits.storage_range_bytes;
+    if bytes.len() as u64 > limit {
+        return Err(Error::Failure(format!(
+            "the scene is too large for this device: {name} take {} MiB, a storage buffer holds {} MiB",
+            bytes.len() >> 20,
+            limit >> 20
+        )));
+    }
+    // Any of them may be read back for a dump.
+    let usage = usage | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+    let buffer = Buffer::new(gpu, name, bytes.len().max(64) as u64, usage)?;
+    upload_buffer(gpu, &buffer, bytes)?;
+    Ok(buffer)
 }
 
 /// One subresource of an image upload: mip level, array layer, width, height, texels.

@@ -51,7 +51,8 @@ fn iteration(
     filtered: Filtered,
 ) -> ShadowEstimates {
     let both = filtered == Filtered::Both || estimates.estimate == ShadowEstimate::Ratio;
-    let shadowed = frame.image(&format!("shadowed_{number}"), FORMAT);
+    let label = estimates.label;
+    let shadowed = frame.image(&format!("{label}shadowed_{number}"), FORMAT);
     let name = if both { "atrous/filter_shadows_both" } else { "atrous/filter_shadows" };
     let work = ComputeWork {
         constants: vec![
@@ -63,7 +64,7 @@ fn iteration(
         ..shader(name, frame.per_pixel())
     };
     let mut pass = frame
-        .compute(&format!("atrous/{number}"), work)
+        .compute(&format!("atrous/{label}{number}"), work)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
         .bind("shadowed_image", estimates.shadowed, Access::ComputeSampled)
@@ -71,7 +72,7 @@ fn iteration(
         .bind("out_shadowed", shadowed, Access::ComputeWrite);
     let mut unshadowed: ImageHandle = estimates.unshadowed;
     if both {
-        unshadowed = frame.image(&format!("unshadowed_{number}"), FORMAT);
+        unshadowed = frame.image(&format!("{label}unshadowed_{number}"), FORMAT);
         pass = pass.bind("out_unshadowed", unshadowed, Access::ComputeWrite);
     }
     frame.graph.add_pass(pass);

@@ -1,20 +1,38 @@
-//! `direct_light`: sun, spot and point lights with one ray-traced shadow each.
+//! `direct_light`: sun, spot and point lights with one ray-traced shadow each, and the environment.
 
 use ash::vk;
 
-use super::Frame;
 use super::gbuffer::GBuffer;
+use super::{Frame, environment_light};
+use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
 
-/// Adds the pass; gives the outgoing radiance due to direct light.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer) -> ImageHandle {
+/// Where the light that the environment sends to surfaces themselves is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnvironmentLight {
+    /// In passes of this picture.
+    Here,
+    /// In the technique's own.
+    InTechnique,
+}
+
+/// Adds the passes; gives the outgoing radiance due to direct light, and that of the environment where it is seen.
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, environment: EnvironmentLight) -> ImageHandle {
+    let shape = frame.shape.environment.filter(|_| environment == EnvironmentLight::Here);
+    let lighting = shape.map(|shape| environment_light::add(frame, gbuffer, shape));
     let direct = frame.image("direct", vk::Format::R32G32B32A32_SFLOAT);
-    let work = frame.ray_shader("direct_light/shade_direct", frame.per_pixel());
+    let work = ComputeWork {
+        constants: vec![("HAS_ENVIRONMENT_LIGHT", lighting.is_some().into())],
+        ..frame.ray_shader("direct_light/shade_direct", frame.per_pixel())
+    };
+    // Without light the binding still needs an image of its kind.
+    let lighting = lighting.unwrap_or(gbuffer.albedo);
     let pass = frame
         .compute("direct_light", work)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("environment_lighting", lighting, Access::ComputeSampled)
         .bind("out_direct", direct, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     direct

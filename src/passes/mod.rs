@@ -11,6 +11,7 @@ pub mod compose;
 pub mod debug_view;
 pub mod descent;
 pub mod direct_light;
+pub mod environment_light;
 pub mod exclusive_scan;
 pub mod first_level;
 pub mod gbuffer;
@@ -38,7 +39,8 @@ use ash::vk;
 use self::scene::SceneParts;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass, PassId};
-use crate::settings::{Rays, Settings, View};
+use crate::job::Job;
+use crate::settings::{Rays, ShadowFilter, View};
 use crate::shader::spirv;
 use crate::shared::FrameData;
 
@@ -51,6 +53,8 @@ pub struct FrameShape {
     pub height_px: u32,
     /// Direct light is part of the picture.
     pub direct: bool,
+    /// How surfaces are lit by the environment; `None` where nothing comes from it, or no ray goes there.
+    pub environment: Option<EnvironmentShape>,
     /// The picture is the mean of several frames.
     pub accumulate: bool,
     /// What traces rays.
@@ -61,11 +65,26 @@ pub struct FrameShape {
     pub inspect: bool,
 }
 
+/// How direct light of the environment is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EnvironmentShape {
+    /// Shadow rays per pixel, at least one.
+    pub samples: u32,
+    /// The noise of the samples is filtered.
+    pub is_filtered: bool,
+}
+
 impl FrameShape {
-    /// What settings ask of every frame.
+    /// What a job asks of every frame.
     #[must_use]
-    pub fn new(settings: &Settings) -> Self {
+    pub fn new(job: &Job<'_>) -> Self {
+        let settings = job.settings;
+        let samples = settings.environment.samples;
+        let has_light = job.scene.environment_cells[0] > 0 && settings.environment.scale > 0.0 && samples > 0;
+        // A mean has many samples of its own, and keeps edges that the filter would blur.
+        let is_filtered = settings.render.accumulate == 1 && settings.lgh.filter != ShadowFilter::None;
         Self {
+            environment: has_light.then_some(EnvironmentShape { samples, is_filtered }),
             width_px: settings.picture.size.width,
             height_px: settings.picture.size.height,
             direct: settings.render.direct.is_on(),

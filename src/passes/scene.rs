@@ -18,6 +18,10 @@ pub struct SceneParts {
     pub materials: BufferHandle,
     /// `PunctualLight`s, directional and spot lights first.
     pub lights: BufferHandle,
+    /// Light from all around.
+    pub environment: ImageHandle,
+    /// What directions of the environment are drawn from.
+    pub environment_table: BufferHandle,
     /// BVH triangles in leaf order.
     pub triangles: ImageHandle,
     /// What rays walk through.
@@ -39,21 +43,24 @@ impl SceneParts {
         let mut buffer = |part: ScenePart| graph.imported_buffer(part.name());
         let [vertices, indices, materials, lights] =
             [ScenePart::Vertices, ScenePart::Indices, ScenePart::Materials, ScenePart::Lights].map(&mut buffer);
+        let environment_table = buffer(ScenePart::EnvironmentTable);
         let structures = [ScenePart::TopStructure, ScenePart::BottomStructure, ScenePart::StructureTriangles];
         let structures = (rays == Rays::Query).then(|| structures.map(&mut buffer));
+        let environment = graph.imported_image(ScenePart::EnvironmentMap.name(), vk::Format::R16G16B16A16_SFLOAT);
         let words = vk::Format::R32G32B32A32_UINT;
         let mut image = |part: ScenePart| graph.imported_image(part.name(), words);
         let triangles = image(ScenePart::Triangles);
         let walked = structures.map_or_else(|| Walked::Bvh(image(ScenePart::Nodes)), Walked::Structures);
-        Self { vertices, indices, materials, lights, triangles, walked }
+        Self { vertices, indices, materials, lights, environment, environment_table, triangles, walked }
     }
 
-    /// A compute pass that traces rays, looks at what they hit, and reads the scene's lights.
+    /// A compute pass that traces rays, looks at what they hit, and reads the scene's lights and environment.
     #[must_use]
     pub fn read_by(&self, pass: Pass<Work>) -> Pass<Work> {
-        let buffers = [self.vertices, self.indices, self.materials, self.lights];
+        let buffers = [self.vertices, self.indices, self.materials, self.lights, self.environment_table];
         let pass = buffers.into_iter().fold(pass, |pass, buffer| pass.uses(buffer, Access::ComputeRead));
-        let pass = pass.uses(self.triangles, Access::ComputeSampled);
+        let images = [self.triangles, self.environment];
+        let pass = images.into_iter().fold(pass, |pass, image| pass.uses(image, Access::ComputeSampled));
         match self.walked {
             Walked::Bvh(nodes) => pass.uses(nodes, Access::ComputeSampled),
             Walked::Structures([top, bottom, triangles]) => pass

@@ -21,6 +21,8 @@ pub struct ShadowEstimates {
     pub unshadowed: ImageHandle,
     /// What the picture is made of.
     pub estimate: ShadowEstimate,
+    /// Begins the names of what the filter makes of them.
+    pub label: &'static str,
 }
 
 /// Format of the estimates. Dim channels of strongly coloured lights are out of the range of half floats.
@@ -55,7 +57,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, samples: &Sam
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    ShadowEstimates { shadowed, unshadowed, estimate: shape.shadow_estimate }
+    ShadowEstimates { shadowed, unshadowed, estimate: shape.shadow_estimate, label: "" }
 }
 
 /// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs.

@@ -29,7 +29,10 @@ pub(super) fn checked_shapes(
 
 /// The same without checks that need no device.
 pub(super) fn shapes(technique: &dyn Technique, job: &Job<'_>, known: Option<&dyn TechniqueShape>) -> Result<Shapes> {
-    let frame = FrameShape::new(job.settings);
+    let mut frame = FrameShape::new(job);
+    if let Some(environment) = frame.environment.as_mut().filter(|_| technique.is_reference()) {
+        environment.is_filtered = false;
+    }
     check_rays(job.gpu, frame.rays)?;
     if frame.rays == Rays::Query && !job.scene.has_structures {
         return Err(Error::Failure("the scene was uploaded without acceleration structures".to_owned()));

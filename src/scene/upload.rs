@@ -5,6 +5,7 @@ use glam::Vec3;
 
 use super::albedo_array::{AlbedoArray, build_albedo_array, mip_chains};
 use super::{Light, Scene, Texture};
+use crate::environment::upload::PreparedEnvironment;
 use crate::shared::{GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NO_LAYER, PunctualLight};
 
 /// Mip levels of one texture: width, height, RGBA8 texels.
@@ -18,6 +19,8 @@ pub struct PreparedScene {
     pub lights: Vec<PunctualLight>,
     /// Lights before the first point light.
     pub first_point_light: u32,
+    /// Light from all around.
+    pub environment: PreparedEnvironment,
     /// Small base-colour textures for traced rays.
     pub albedo: AlbedoArray,
     /// Every texture with its mips; whether it is sRGB.
@@ -61,6 +64,7 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
         materials,
         lights,
         first_point_light,
+        environment: PreparedEnvironment::new(scene.environment.as_deref()),
         albedo,
         textures: textures(scene),
         material_textures: scene.materials.iter().map(|m| (m.base_color_texture, m.normal_texture)).collect(),

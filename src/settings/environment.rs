@@ -7,9 +7,10 @@ use std::str::FromStr;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::group::{Validate, settings_group};
-use super::validate::require;
+use super::validate::{require, within};
 use super::values::from_word;
 use crate::Result;
+use crate::shared::MAX_ENVIRONMENT_SAMPLES;
 
 settings_group! {
     /// Light from all around the scene.
@@ -25,6 +26,9 @@ settings_group! {
         /// Turns the environment about +y by so many degrees, counterclockwise seen from above [default: 0]
         #[arg(id = "environment-turn", long = "environment-turn", value_name = "DEGREES", allow_negative_numbers = true)]
         pub turn_deg as "environment-turn": f32 = 0.0,
+        /// Shadow rays per pixel towards the environment, 0 to 64; with 0 surfaces get none of its light directly [default: 4]
+        #[arg(id = "environment-samples", long = "environment-samples", value_name = "N", help_heading = "Shadows")]
+        pub samples as "environment-samples": u32 = 4,
     }
 }
 
@@ -36,7 +40,8 @@ impl Validate for EnvironmentSettings {
                 format!("environment {r},{g},{b} needs three finite numbers, 0 or above")
             })?;
         }
-        let Self { scale, turn_deg, .. } = self;
+        let Self { scale, turn_deg, samples, .. } = self;
+        within("environment-samples", *samples, 0..=MAX_ENVIRONMENT_SAMPLES)?;
         require(scale.is_finite() && *scale >= 0.0, || {
             format!("environment-scale must be a finite number, 0 or above, not {scale}")
         })?;

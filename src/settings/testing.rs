@@ -19,6 +19,7 @@ pub fn every_value_changed() -> Settings {
         s.environment.source = Some(EnvironmentSource::File("a/b c.hdr".into()));
         s.environment.scale = 0.5;
         s.environment.turn_deg = -30.0;
+        s.environment.samples = 7;
         s.render.technique = Technique::PathTrace;
         s.path_trace.samples = 3;
         s.render.accumulate = 4;

@@ -43,6 +43,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("shadow_rays/trace_shadow_rays.comp.glsl", RAYS),
     ("vpl_trace/trace_paths.comp.glsl", RAYS),
     ("direct_light/shade_direct.comp.glsl", RAYS),
+    ("environment_light/sample_environment.comp.glsl", RAYS),
     ("inspect/inspect_pixel.comp.glsl", INSPECTIONS),
     ("brute_force/shade_all.comp.glsl", RAYS),
     ("path_trace/trace_pixels.comp.glsl", RAYS),

@@ -61,6 +61,8 @@ shared_constants! {
     MOMENT_WORDS = 28;
     /// Most shadow samples (reservoirs) per pixel.
     MAX_SHADOW_SAMPLES = 16;
+    /// Most shadow rays per pixel towards the environment.
+    MAX_ENVIRONMENT_SAMPLES = 64;
     /// Tiles that one dispatch of a reference technique covers: 4,096 pixels.
     REFERENCE_TILES = 64;
     /// Words that one workgroup of the exclusive scan covers at a time.

@@ -78,6 +78,12 @@ shared_structs! {
         pub sampling_seed: u32,
         /// The pixel that is inspected.
         pub inspected_pixel: [u32; 2],
+        /// Cells in a row of the environment's table, and rows; 0 where nothing comes from the environment.
+        pub environment_cells: [u32; 2],
+        /// Radiance of the environment over what its image holds.
+        pub environment_scale: f32,
+        /// How far the environment is turned about +y, counterclockwise seen from above, in turns.
+        pub environment_turn: f32,
         /// Per level 0..=MAX_LEVEL+1: vertices per axis; words per row; first word; first word of the next level.
         pub levels: [[u32; 4]; LEVEL_ROWS],
         /// Of the frame before, `clip_from_world`; this frame's own where the history is not valid.
@@ -263,5 +269,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 11 + 16 * LEVEL_ROWS + 80);
+    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 80);
 };

@@ -10,6 +10,7 @@ use crate::dump::{
 use crate::gpu::Executor;
 use crate::job::Job;
 use crate::passes::compaction::{self, Lights};
+use crate::passes::direct_light::EnvironmentLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::light_shape::LightShape;
 use crate::passes::{Frame, FrameShape, debug_view, direct_light, vpl_trace};
@@ -108,7 +109,7 @@ pub(super) fn add_lights(frame: &mut Frame, shape: &LightShape) -> Lights {
 /// Adds the passes of the view `vpls`: the lights as points.
 pub(super) fn add_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffer) -> AddedView {
     let lights = add_lights(frame, shape);
-    let direct = direct_light::add(frame, gbuffer);
+    let direct = direct_light::add(frame, gbuffer, EnvironmentLight::Here);
     let values = debug_view::draw_points(frame, shape, gbuffer, &lights);
     let picture = debug_view::overlay_points(frame, values, direct, gbuffer.albedo);
     AddedView { values, picture, outputs: TechniqueOutputs::new(vec![lights.counts], lights) }
@@ -160,7 +161,7 @@ pub(super) fn check_fit(job: &Job<'_>, largest_bytes: f64) -> Result<()> {
 
 /// Positions of the lights S0 for a shape.
 pub(super) fn trace(job: &Job<'_>, shape: &LightShape) -> Result<Vec<[f32; 3]>> {
-    let mut frame = Frame::new(FrameShape::new(job.settings));
+    let mut frame = Frame::new(FrameShape::new(job));
     let lights = add_lights(&mut frame, shape);
     let mut executor = Executor::new(job.gpu, frame.graph, Some(Arc::clone(&job.scene.set)))?;
     let mut data = job.frame_data();

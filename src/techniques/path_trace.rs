@@ -5,6 +5,7 @@ use crate::Result;
 use crate::dump::Entry;
 use crate::job::Job;
 use crate::passes::compose::Indirect;
+use crate::passes::direct_light::EnvironmentLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::{Frame, path_trace};
 use crate::random::hash;
@@ -53,6 +54,11 @@ impl Technique for PathTrace {
 impl TechniqueShape for PathTraceShape {
     fn technique(&self) -> &'static dyn Technique {
         &PathTrace
+    }
+
+    /// Its paths find it, as many as there are.
+    fn environment_light(&self) -> EnvironmentLight {
+        EnvironmentLight::InTechnique
     }
 
     fn write_constants(&self, job: &Job<'_>, data: &mut FrameData) {

@@ -11,6 +11,7 @@ use crate::dump::{Derived, DumpContext};
 use crate::graph::{BufferHandle, ImageHandle};
 use crate::job::Job;
 use crate::passes::compose::Indirect;
+use crate::passes::direct_light::EnvironmentLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::inspect::InspectorInputs;
 use crate::passes::tone_map::ToneMapped;
@@ -32,6 +33,11 @@ pub trait TechniqueShape: AnyShape + Debug + Send + Sync {
     /// Adds the passes that lead to one of its views; `None` for the finished picture.
     fn add_view(&self, _frame: &mut Frame, _gbuffer: &GBuffer, _view: View) -> Option<AddedView> {
         None
+    }
+
+    /// Who computes the light that the environment sends to the surfaces that are seen.
+    fn environment_light(&self) -> EnvironmentLight {
+        EnvironmentLight::Here
     }
 
     /// What a frame counted, from the words of the buffers in [`TechniqueOutputs::counters`].

@@ -186,6 +186,7 @@ pub fn frame_shape() -> FrameShape {
         width_px: SIZE_PX[0],
         height_px: SIZE_PX[1],
         direct: true,
+        environment: None,
         accumulate: false,
         rays: gridlight::settings::Rays::Bvh,
         view: View::Final,

@@ -32,7 +32,25 @@ pub const TABLE: &[Entry] = &[
     ),
     image("gbuffer_depth", "near / view z", DEPTH, "Reversed depth of the visible surface, 0 where there is none."),
     buffer("scan_block_sums_*", COUNT, all_words, "Set bits of each block of words."),
-    image("direct", RADIANCE, RGBA, "Outgoing radiance due to direct light, shadows included."),
+    image(
+        "environment_shadowed*",
+        RADIANCE,
+        RGBA,
+        "Light of the environment per unit albedo: as its shadow rays found it, or after so many iterations of the filter, with \
+         its standard deviation in alpha.",
+    ),
+    image(
+        "environment_unshadowed*",
+        RADIANCE,
+        RGBA,
+        "The same light as if nothing were in its way; A is 1 where there is a surface.",
+    ),
+    image(
+        "direct",
+        RADIANCE,
+        RGBA,
+        "Outgoing radiance due to direct light, shadows included, and the environment where no surface hides it.",
+    ),
     image("radiance", RADIANCE, RGBA, "The frame in linear radiance; A is the share of its samples that was taken."),
     image(
         "accumulated_sum",

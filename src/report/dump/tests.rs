@@ -7,9 +7,9 @@ use super::*;
 use crate::frame;
 use crate::graph::Lifetime;
 use crate::light_grid::Levels;
-use crate::passes::FrameShape;
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
+use crate::passes::{EnvironmentShape, FrameShape};
 use crate::settings::{
     FirstLevelBuild, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
 };
@@ -20,6 +20,7 @@ fn frame_shape() -> FrameShape {
         width_px: 8,
         height_px: 8,
         direct: true,
+        environment: Some(EnvironmentShape { samples: 4, is_filtered: true }),
         accumulate: true,
         rays: crate::settings::Rays::Bvh,
         view: View::Final,

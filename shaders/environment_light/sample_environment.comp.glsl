@@ -1,0 +1,89 @@
+// Direct light of the environment: some shadow rays per pixel. Each goes in one of several candidate directions, of which
+// half are drawn by the environment's light and half by the surface's cosine; the choice among them is by what they would
+// bring without shadow (resampled importance sampling, Talbot et al. 2005), so that no ray goes where nothing comes from.
+// Writes the shadowed and the unshadowed estimate S and U of the radiance per unit albedo, and in a 1 where there is a
+// surface. One thread per pixel.
+#include "common/frame.glsl"
+#include "common/random.glsl"
+#include "common/color.glsl"
+#include "common/octahedral.glsl"
+#include "common/gbuffer.glsl"
+#include "common/scene.glsl"
+#include "common/environment.glsl"
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
+layout(set = 0, binding = 1) uniform texture2D depth_image;
+layout(set = 0, binding = 2) uniform utexture2D normals_image;
+layout(set = 0, binding = 3, rgba32f) uniform writeonly image2D out_shadowed;
+layout(set = 0, binding = 4, rgba32f) uniform writeonly image2D out_unshadowed;
+layout(push_constant) uniform Push { uint sample_count; };
+
+// Directions that each ray is chosen from.
+const uint CANDIDATES = 8u;
+
+struct Receiver {
+    vec3 normal;
+    vec3 geometric;
+    vec3 origin;
+};
+
+// A direction and what it brings without shadow: an estimate of the irradiance from everywhere.
+struct Chosen {
+    vec3 direction;
+    vec3 irradiance;
+};
+
+// Chooses one of the candidates numbered from `first` on in the pixel's sequences.
+Chosen choose_direction(Receiver receiver, uint first, uint sequence_seed, inout uint random_state) {
+    Chosen chosen = Chosen(vec3(0.0), vec3(0.0));
+    float sum = 0.0;
+    for (uint i = 0u; i < CANDIDATES; ++i) {
+        vec2 u = r2_sequence((first + i) / 2u, hash(sequence_seed, i % 2u));
+        vec3 direction = i % 2u == 0u ? sample_environment(u).direction : cosine_direction(receiver.normal, u);
+        float cosine = dot(direction, receiver.normal);
+        float pick = random(random_state);
+        vec3 irradiance = environment_radiance(direction) * cosine;
+        float brings = luminance(irradiance);
+        if (cosine <= 0.0 || dot(direction, receiver.geometric) <= 0.0 || brings <= 0.0) {
+            continue;
+        }
+        float weight = brings / (0.5 * (environment_density(direction) + cosine / PI));
+        sum += weight;
+        if (pick * sum < weight) {
+            chosen = Chosen(direction, irradiance / brings);
+        }
+    }
+    chosen.irradiance *= sum / float(CANDIDATES);
+    return chosen;
+}
+
+void main() {
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (any(greaterThanEqual(pixel, image_size()))) {
+        return;
+    }
+    float depth = texelFetch(depth_image, ivec2(pixel), 0).x;
+    vec3 shadowed = vec3(0.0);
+    vec3 unshadowed = vec3(0.0);
+    if (depth > 0.0 && has_environment()) {
+        uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
+        vec3 geometric = unpack_octahedral(normals.y);
+        vec3 position = position_from_depth(pixel, depth);
+        Receiver receiver = Receiver(unpack_octahedral(normals.x), geometric, position + geometric * surface_offset(position));
+        uint index = pixel.y * image_size().x + pixel.x;
+        uint sequence_seed = hash(index, sampling_seed() ^ 0x1b873593u);
+        uint random_state = hash(sequence_seed);
+        float share = 1.0 / (PI * float(sample_count));
+        for (uint i = 0u; i < sample_count; ++i) {
+            Chosen chosen = choose_direction(receiver, i * CANDIDATES, sequence_seed, random_state);
+            if (any(greaterThan(chosen.irradiance, vec3(0.0)))) {
+                unshadowed += share * chosen.irradiance;
+                shadowed += is_open(receiver.origin, chosen.direction) ? share * chosen.irradiance : vec3(0.0);
+            }
+        }
+    }
+    float surface = depth > 0.0 ? 1.0 : 0.0;
+    imageStore(out_shadowed, ivec2(pixel), vec4(shadowed, surface));
+    imageStore(out_unshadowed, ivec2(pixel), vec4(unshadowed, surface));
+}

@@ -1,0 +1,32 @@
+//! `environment_light`: direct light of the environment by shadow rays in directions drawn for each pixel.
+
+use super::gbuffer::GBuffer;
+use super::shadow_rays::{FORMAT, ShadowEstimates};
+use super::{EnvironmentShape, Frame, atrous};
+use crate::gpu::ComputeWork;
+use crate::graph::{Access, ImageHandle};
+use crate::settings::ShadowEstimate;
+
+/// Adds the passes; gives the radiance per unit albedo.
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, shape: EnvironmentShape) -> ImageHandle {
+    let estimates = trace(frame, gbuffer, shape.samples);
+    if !shape.is_filtered {
+        return estimates.shadowed;
+    }
+    atrous::add(frame, gbuffer, 1, estimates, atrous::Filtered::ForPicture).shadowed
+}
+
+/// Adds the pass that traces the rays; gives the estimates of each pixel by itself.
+pub fn trace(frame: &mut Frame, gbuffer: &GBuffer, samples: u32) -> ShadowEstimates {
+    let shadowed = frame.image("environment_shadowed", FORMAT);
+    let unshadowed = frame.image("environment_unshadowed", FORMAT);
+    let work = frame.ray_shader("environment_light/sample_environment", frame.per_pixel());
+    let pass = frame
+        .compute("environment_light", ComputeWork { push: vec![samples], ..work })
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("out_shadowed", shadowed, Access::ComputeWrite)
+        .bind("out_unshadowed", unshadowed, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    ShadowEstimates { shadowed, unshadowed, estimate: ShadowEstimate::Unbiased, label: "environment_" }
+}

@@ -34,7 +34,7 @@ const float PLANE_SIGMA = 4.0;
 // Difference of two estimates, in standard deviations of both, at which a weight falls to 1/e.
 const float NOISE_SIGMA = 3.0;
 // A pixel's samples carry, per unit, at most this many times the unshadowed light of those around it.
-const float MAX_OUTLIER = 16.0;
+const float MAX_OUTLIER = 64.0;
 // Weight of neighbours on the same surface (all of them weigh 0.86) below which others count too, and the distance,
 // in pixels' footprints per step, within which they do.
 const float MIN_SUPPORT = 0.15;

@@ -10,11 +10,9 @@ use crate::passes::{Frame, FrameShape, light_starts};
 use crate::settings::VplImportance;
 use crate::shared::StartSample;
 
-/// Starts are chosen where of so many paths that start anywhere only one counts: the noise of the light that they leave then
-/// falls to an eighth.
-const WORTH_CHOOSING: f64 = 64.0;
-/// And where so few VPLs would count that their number alone leaves the light of the picture uncertain by 5 %.
-const ENOUGH_VPLS: f64 = 400.0;
+/// Starts are chosen where of so many paths that start anywhere only one counts. In a room where more of them do, what is
+/// learnt has more noise than it takes away.
+const WORTH_CHOOSING: f64 = 8.0;
 
 /// Where paths start, learnt for a camera; `None` where as many start everywhere.
 pub(super) fn learn_starts(job: &Job<'_>) -> Result<Option<StartDensity>> {
@@ -28,8 +26,7 @@ pub(super) fn learn_starts(job: &Job<'_>) -> Result<Option<StartDensity>> {
     };
     let Learnt { density, concentration } = learnt;
     log::info!("of {concentration:.1} light paths that start anywhere, one counts");
-    let few = f64::from(settings.vpls) / concentration < ENOUGH_VPLS;
-    Ok((few && concentration > WORTH_CHOOSING).then_some(density))
+    Ok((concentration > WORTH_CHOOSING).then_some(density))
 }
 
 fn find_starts(job: &Job<'_>, bounces: u32) -> Result<Vec<StartSample>> {
@@ -38,6 +35,8 @@ fn find_starts(job: &Job<'_>, bounces: u32) -> Result<Vec<StartSample>> {
     let mut executor = Executor::new(job.gpu, frame.graph, Some(Arc::clone(&job.scene.set)))?;
     let mut data = job.frame_data();
     data.bounces = bounces;
+    // Where paths start is the same with every seed, so that runs differ by their paths alone.
+    data.seed = 0;
     let ticket = executor.submit(bytemuck::bytes_of(&data))?;
     executor.wait(ticket)?;
     Ok(bytemuck::pod_collect_to_vec(&executor.read_buffer(samples)?))

@@ -7,6 +7,8 @@ use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
+use gridlight::files::pictures::write_exr;
+use gridlight::settings::{EnvironmentSource, Settings};
 use support::golden::{self, SIZE};
 use support::xvfb::Xvfb;
 use support::{Run, program, run, succeed};
@@ -161,6 +163,50 @@ at 76 quit
     let sides = ["split", "split-left"].map(|name| golden::load(&folder.path().join(name).with_extension("png")));
     assert_ne!(sides[0].as_ref().unwrap(), sides[1].as_ref().unwrap());
     the_settings_give_the_picture(folder.path());
+}
+
+/// Images that are dropped become the environment, and one that cannot be read leaves the one before; a sky follows the sun.
+#[test]
+fn environments_come_and_go() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let texels: Vec<f32> = (0..3 * 8 * 4).map(|i| i as f32 / 96.0).collect();
+    let mut image = std::io::Cursor::new(Vec::new());
+    write_exr(&mut image, 8, 4, &texels, "").unwrap();
+    std::fs::write(file("image.exr"), image.into_inner()).unwrap();
+    let bad = write(folder.path(), "bad.exr", "this is no image");
+    let script = format!(
+        "at 2 drop {image}
+at 3 camera 1
+at 4 set environment-turn 90
+at 5 set environment-scale 2
+at 6 drop {bad}
+at 8 save-settings {kept}
+at 9 set environment sky
+at 11 key right 3
+at 18 set environment-turn -30
+at 22 set environment 1,0.5,0.25
+at 24 split
+at 25 set environment none
+at 28 save-settings {last}
+at 30 quit
+",
+        image = file("image.exr"),
+        kept = file("kept.toml"),
+        last = file("last.toml"),
+    );
+    let script = write(folder.path(), "s.txt", &script);
+    let run = run_script(&display, &script, "--size 96x54 --render-scale 1 --vpls 500 --shadow-samples 1");
+    assert_clean(&run);
+    assert!(run.stderr.contains("bad.exr: the environment cannot be read"), "{}", run.stderr);
+    let [kept, last] = ["kept.toml", "last.toml"].map(|name| Settings::read(&folder.path().join(name)).unwrap());
+    assert_eq!(kept.environment.source, Some(EnvironmentSource::File(file("image.exr").into())));
+    assert_eq!((kept.environment.scale, kept.environment.turn_deg), (2.0, 90.0));
+    // Camera and sun have stayed where they were while the scene was lit anew.
+    assert_eq!((kept.scene.camera.is_some(), kept.scene.camera), (true, last.scene.camera));
+    assert!(kept.scene.sun.is_none() && last.scene.sun.is_some());
+    assert_eq!(last.environment.source, Some(EnvironmentSource::None));
 }
 
 /// A run without a window, with the settings beside a screenshot of a flown camera, gives that screenshot.

@@ -6,6 +6,7 @@ pub mod diff_dumps;
 pub mod error_report;
 mod frames;
 pub mod headless;
+mod lighting;
 pub mod list_gpus;
 mod outputs;
 mod setup;

@@ -6,14 +6,13 @@ use std::sync::Arc;
 
 use directories::ProjectDirs;
 
-use crate::environment::Environment;
-use crate::files::pictures;
+use super::lighting;
 use crate::gpu::{Gpu, GpuOptions};
 use crate::progress::{Bar, Progress};
 use crate::renderer::UploadedScene;
 use crate::report::timings::SceneInfo;
-use crate::scene::{Camera, Light, Scene, gltf};
-use crate::settings::{DeviceSettings, EnvironmentSettings, EnvironmentSource, SceneSettings, Settings, SunPlace};
+use crate::scene::{Camera, Scene, gltf};
+use crate::settings::{DeviceSettings, EnvironmentSettings, SceneSettings, Settings, SunPlace};
 use crate::{Error, Result, camera};
 
 /// The scene shown when none is named.
@@ -63,30 +62,8 @@ pub(super) fn read_scene(
         Some(path) => gltf::load(path, report),
         None => gltf::load_bytes("courtyard", COURTYARD, report),
     }?;
-    if let Some(sun) = sun {
-        let first = scene.lights.iter_mut().find_map(|light| match light {
-            Light::Directional { direction_ws, .. } => Some(direction_ws),
-            _ => None,
-        });
-        *first.ok_or_else(|| Error::Usage("--sun needs a directional light, and the scene has none".to_owned()))? =
-            sun.travel_ws();
-    }
-    scene.environment = read_environment(environment.source.as_ref())?.map(Arc::new);
+    lighting::light(&mut scene, sun, environment)?;
     Ok(scene)
-}
-
-/// The environment that is asked for.
-fn read_environment(source: Option<&EnvironmentSource>) -> Result<Option<Environment>> {
-    match source {
-        None | Some(EnvironmentSource::None) => Ok(None),
-        Some(EnvironmentSource::Uniform(radiance)) => Ok(Some(Environment::uniform(*radiance))),
-        Some(EnvironmentSource::File(path)) => {
-            let (width, height, rgb) = pictures::read_exr(path)?;
-            let radiance = rgb.chunks_exact(3).map(|texel| [texel[0], texel[1], texel[2]]).collect();
-            Ok(Some(Environment { size: [width, height], radiance, suns: Vec::new() }))
-        }
-        Some(EnvironmentSource::Sky) => Err(Error::Usage("environment sky is not there yet".to_owned())),
-    }
 }
 
 /// The scene on the device, with what the settings trace rays with.

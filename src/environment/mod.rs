@@ -3,7 +3,11 @@
 //! The image is equirectangular, linear radiance, row 0 towards +y. Its column u in 0..1 looks along (cos a, ., sin a)
 //! with a = 2 pi (u - 1/2), so that the middle of the image is +x.
 
+pub mod file;
+mod resample;
 mod sampling;
+mod sky;
+mod suns;
 pub mod upload;
 
 use std::f32::consts::{PI, TAU};
@@ -11,6 +15,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 
 pub use sampling::{SamplingTable, Visit};
+pub use sky::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
 
 /// Light from all around, before it is turned and scaled.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,6 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 
+use super::resample::Resampled;
 use super::{Environment, image_point, luminance, row_cosine, texel_solid_angle};
 
 /// The most cells of a table, along and across the image.
@@ -138,42 +139,26 @@ fn running_sums(weights: &[f64], even: impl Fn(u32) -> f64) -> Vec<f32> {
 /// Mean luminance of what shaders read within each cell: the image, bilinear between its texels.
 fn cell_means(environment: &Environment, size: [u32; 2]) -> Vec<f64> {
     let [width, height] = environment.size.map(|count| count as usize);
-    let texel = |x: usize, y: usize| luminance(environment.radiance[y * width + x]);
+    let texels: Vec<f64> = environment.radiance.iter().map(|texel| luminance(*texel)).collect();
     // The mean of bilinear interpolation over a texel has three quarters of the texel and an eighth of each neighbour,
     // along and across.
     let spread = |before: f64, own: f64, after: f64| 0.125 * before + 0.75 * own + 0.125 * after;
-    let along = |x: usize, y: usize| spread(texel((x + width - 1) % width, y), texel(x, y), texel((x + 1) % width, y));
-    let mut sums = vec![0.0; (size[0] * size[1]) as usize];
-    let (columns, rows) = (overlaps(width, size[0] as usize), overlaps(height, size[1] as usize));
-    let lines: Vec<f64> = (0..height).flat_map(|y| (0..width).map(move |x| along(x, y))).collect();
+    let along = |y: usize, x: usize| {
+        let row = &texels[y * width..(y + 1) * width];
+        spread(row[(x + width - 1) % width], row[x], row[(x + 1) % width])
+    };
+    let mut cells = Resampled::new(environment.size, size);
     for y in 0..height {
         let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
-        for x in 0..width {
-            let mean = spread(lines[above * width + x], lines[y * width + x], lines[below * width + x]);
-            for (row, high) in &rows[y] {
-                for (column, wide) in &columns[x] {
-                    sums[row * size[0] as usize + column] += mean * high * wide;
-                }
-            }
-        }
+        (0..width).for_each(|x| cells.add(x, y, spread(along(above, x), along(y, x), along(below, x))));
     }
-    sums
-}
-
-/// For each of `texels` parts of an edge, which of `cells` parts it lies in, and its share of each.
-fn overlaps(texels: usize, cells: usize) -> Vec<Vec<(usize, f64)>> {
-    let scale = cells as f64 / texels as f64;
-    let parts = |texel: usize| {
-        let (start, end) = (texel as f64 * scale, (texel + 1) as f64 * scale);
-        let share = move |cell: usize| (end.min((cell + 1) as f64) - start.max(cell as f64)).max(0.0);
-        (start as usize..cells).take_while(move |cell| (*cell as f64) < end).map(move |cell| (cell, share(cell)))
-    };
-    (0..texels).map(|texel| parts(texel).filter(|(_, share)| *share > 0.0).collect()).collect()
+    cells.texels
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::{image_direction, turned};
     use crate::random::{hash, unit_float};
 
     fn numbers(index: u32) -> [f32; 2] {
@@ -206,5 +191,113 @@ mod tests {
                 assert!(u.iter().zip(back).all(|(a, b)| (a - b).abs() < 1e-3), "{u:?} became {back:?}");
             }
         }
+    }
+
+    /// Chi-square of samples over cells of the sphere against a density, per degree of freedom.
+    fn chi_square(samples: &[Vec3], size: [u32; 2], expected: impl Fn(u32, u32) -> f64) -> f64 {
+        let mut counts = vec![0.0; (size[0] * size[1]) as usize];
+        for direction in samples {
+            let [u, v] = image_point(*direction);
+            let index = |at: f32, count: u32| ((at * count as f32) as u32).min(count - 1);
+            counts[(index(v, size[1]) * size[0] + index(u, size[0])) as usize] += 1.0;
+        }
+        let (mut sum, mut cells) = (0.0, 0.0_f64);
+        for (y, row) in (0..).zip(counts.chunks_exact(size[0] as usize)) {
+            for (x, count) in (0..).zip(row) {
+                let wanted = expected(x, y) * samples.len() as f64;
+                if wanted > 5.0 {
+                    sum += (count - wanted) * (count - wanted) / wanted;
+                    cells += 1.0;
+                }
+            }
+        }
+        sum / (cells - 1.0).max(1.0)
+    }
+
+    #[test]
+    fn samples_fall_on_texels_by_their_share_of_the_power() {
+        let size = [16, 8];
+        let environment = image(size, |x, y| ((x * 5 + y * 3) % 7) as f32 + 0.1);
+        let table = SamplingTable::new(&environment);
+        let samples: Vec<Vec3> = (0..40_000).map(|index| table.sample(numbers(index)).direction).collect();
+        let expected = |x: u32, y: u32| {
+            let middle = image_direction([(x as f32 + 0.5) / 16.0, (y as f32 + 0.5) / 8.0]);
+            f64::from(table.pdf(middle)) * texel_solid_angle(size, y)
+        };
+        let total: f64 = (0..8).flat_map(|y| (0..16).map(move |x| (x, y))).map(|(x, y)| expected(x, y)).sum();
+        assert!((total - 1.0).abs() < 1e-4, "the density sums to {total}");
+        // With 127 degrees of freedom chance keeps it within 0.6 and 1.5.
+        let fit = chi_square(&samples, size, expected);
+        assert!((0.6..1.5).contains(&fit), "{fit}");
+        // Planted: rows the wrong way up, a turn by a texel, rows without their solid angle.
+        let upside_down: Vec<Vec3> = samples.iter().map(|d| Vec3::new(d.x, -d.y, d.z)).collect();
+        let aside: Vec<Vec3> = samples.iter().map(|d| turned(*d, 22.5)).collect();
+        let flat = |x: u32, y: u32| expected(x, y) / texel_solid_angle(size, y) * texel_solid_angle(size, 3);
+        for fault in [
+            chi_square(&upside_down, size, expected),
+            chi_square(&aside, size, expected),
+            chi_square(&samples, size, flat),
+        ] {
+            assert!(fault > 3.0, "{fault}");
+        }
+    }
+
+    #[test]
+    fn means_of_samples_are_integrals() {
+        let varied = image([13, 7], |x, y| (x * y) as f32 + 0.5);
+        for environment in
+            [Environment::uniform([2.0; 3]), varied, one_bright([32, 16], [9, 5]), one_bright([2, 1], [1, 0])]
+        {
+            let table = SamplingTable::new(&environment);
+            let (edge, count) = (512, 512 * 512);
+            let sum: f64 = (0..count)
+                .map(|index| {
+                    let grid = [index % edge, index / edge].map(|cell| (cell as f32 + 0.5) / edge as f32);
+                    let Visit { direction, pdf } = table.sample(grid);
+                    f64::from(environment.radiance(direction).x / pdf)
+                })
+                .sum();
+            // What shaders read is bilinear, which near the poles is not quite what the texels' solid angles say.
+            let even: f64 = (0..count)
+                .map(|index| {
+                    let point = [index % edge, index / edge].map(|cell| (cell as f32 + 0.5) / edge as f32);
+                    let direction = image_direction(point);
+                    f64::from(environment.radiance(direction).x) * texel_solid_angle([edge, edge], index / edge)
+                })
+                .sum();
+            let found = sum / f64::from(count);
+            assert!((found / even - 1.0).abs() < 0.01, "{found} is not {even} of {:?}", environment.size);
+        }
+    }
+
+    #[test]
+    fn one_bright_texel_gets_most_samples_and_no_direction_is_without_density() {
+        let environment = one_bright([64, 32], [9, 2]);
+        let table = SamplingTable::new(&environment);
+        let bright = (0..10_000).filter(|index| environment.radiance(table.sample(numbers(*index)).direction).x > 0.0);
+        // Shaders read some of the bright texel up to the middle of those around it, whose cells count whole: seven eighths
+        // of the samples see it along each axis, but for the even share.
+        let bright = bright.count();
+        assert!((7_000..7_800).contains(&bright), "{bright}");
+        for index in 0..10_000 {
+            let [u, v] = numbers(index);
+            let direction = image_direction([u, v]);
+            assert!(table.pdf(direction) > 1e-6, "{direction}");
+            // At a corner of the bright texel shaders read a quarter of it, and the cell beyond has a 64th of its weight.
+            let weight = environment.radiance(direction).x / table.pdf(direction);
+            assert!(weight < 20.0 * environment.scalar_irradiance().x, "{direction}: {weight}");
+        }
+    }
+
+    #[test]
+    fn large_images_have_a_table_of_their_means() {
+        let size = [1200, 700];
+        let environment = image(size, |x, y| if (x / 30 + y / 20) % 2 == 0 { 1.0 } else { 3.0 });
+        let table = SamplingTable::new(&environment);
+        assert_eq!((table.size, table.sums.len()), (MOST_CELLS, 257 + 256 * 513));
+        let bright = image_direction([0.0375, 10.5 / 700.0]);
+        let dark = image_direction([0.0125, 10.5 / 700.0]);
+        let ratio = table.pdf(bright) / table.pdf(dark);
+        assert!((2.7..3.05).contains(&ratio), "{ratio}");
     }
 }

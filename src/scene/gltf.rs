@@ -12,7 +12,7 @@ use super::gltf_buffers::Document;
 use super::gltf_materials::{decode_images, default_material, materials};
 use super::gltf_mesh::Geometry;
 use super::gltf_nodes::{Found, default_sun, walk};
-use super::{Aabb, Draw, Material, Scene, Vertex};
+use super::{Aabb, Draw, Light, LitBy, Material, Scene, Vertex};
 use crate::{Error, Result};
 
 /// Extensions a file may require. Quantised attributes are read like any others.
@@ -59,14 +59,13 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
         log::info!("the scene has no camera: it gets one named `default`");
         found.cameras.push(default_camera(&vertices, &runs.indices, &bounds));
     }
+    let lit_by = lit_by(document, &found, &runs.draws);
     if found.lights.is_empty() {
-        log::info!("the scene has no light: a default sun shines");
-        found.lights.push(default_sun());
+        found.lights.push(if found.is_dark { Light::DARK } else { default_sun() });
     }
     let Runs { indices, triangle_materials, draws } = runs;
     let Found { cameras, lights, .. } = found;
     let name = name.to_owned();
-    let environment = None;
     Ok(Scene {
         name,
         vertices,
@@ -77,9 +76,24 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
         textures,
         cameras,
         lights,
-        environment,
+        lit_by,
+        environment: None,
+        sky_sun: None,
         bounds,
     })
+}
+
+/// What of the scene's light is the file's.
+fn lit_by(document: &Document, found: &Found, draws: &[Draw]) -> LitBy {
+    let is_emissive = |draw: &Draw| {
+        let material = document.root.materials.get(draw.material as usize);
+        material.is_some_and(|material| material.emissive_factor.0.iter().any(|channel| *channel > 0.0))
+    };
+    match () {
+        () if found.is_dark || !found.lights.is_empty() => LitBy::Lights,
+        () if draws.iter().any(is_emissive) => LitBy::EmissiveSurfaces,
+        () => LitBy::Nothing,
+    }
 }
 
 /// The triangles of all meshes of the scene, with one line in the log for each kind of thing left out.

@@ -11,6 +11,7 @@ use glam::{Mat4, Quat, Vec3};
 use super::gltf_buffers::Document;
 use super::{Aabb, Camera, Light};
 use crate::Result;
+use crate::environment::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
 
 /// One mesh placed in the world.
 pub(super) struct Instance {
@@ -29,6 +30,8 @@ pub(super) struct Found {
     pub cameras: Vec<Camera>,
     /// Lights that shine.
     pub lights: Vec<Light>,
+    /// There are lights, but all of them are dark.
+    pub is_dark: bool,
 }
 
 /// Walks the default scene, depth first, visiting every node once.
@@ -54,10 +57,14 @@ pub(super) fn walk(document: &Document) -> Result<Found> {
             found.instances.push(Instance { mesh: mesh.value(), world });
         }
         found.cameras.extend(camera(document, node, &world, found.cameras.len(), &mut names)?);
-        found.lights.extend(light(document, node, &world)?);
+        match light(document, node, &world)? {
+            Some(light) if light.is_dark() => found.is_dark = true,
+            light => found.lights.extend(light),
+        }
         let children = node.children.iter().flatten();
         stack.extend(children.rev().map(|child| (child.value(), world)));
     }
+    found.is_dark &= found.lights.is_empty();
     Ok(found)
 }
 
@@ -159,9 +166,6 @@ fn light(document: &Document, node: &Node, world: &Mat4) -> Result<Option<Light>
     if !power.is_finite() || power.min_element() < 0.0 {
         return Err(document.error(format_args!("light {index} has an intensity that is negative or not finite")));
     }
-    if power.max_element() == 0.0 {
-        return Ok(None);
-    }
     let (position_ws, direction_ws) = (world.w_axis.truncate(), forward(world));
     match light.type_ {
         Checked::Valid(LightType::Directional) => Ok(Some(Light::Directional { direction_ws, irradiance: power })),
@@ -203,5 +207,6 @@ pub(super) fn framing_camera(bounds: &Aabb) -> Camera {
 
 /// The sun of scenes that bring no light.
 pub(super) fn default_sun() -> Light {
-    Light::Directional { direction_ws: Vec3::new(0.3, -1.0, 0.2).normalize(), irradiance: Vec3::splat(10.0) }
+    let irradiance = Vec3::splat(DEFAULT_SUN_IRRADIANCE);
+    Light::Directional { direction_ws: -DEFAULT_DIRECTION_TO_SUN.normalize(), irradiance }
 }

@@ -110,6 +110,31 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// A light of no power, for scenes that shall have none.
+    pub const DARK: Self = Self::Directional { direction_ws: Vec3::NEG_Y, irradiance: Vec3::ZERO };
+
+    /// Whether it has no power.
+    #[must_use]
+    pub fn is_dark(&self) -> bool {
+        let (Self::Directional { irradiance: power, .. }
+        | Self::Point { intensity: power, .. }
+        | Self::Spot { intensity: power, .. }) = self;
+        power.max_element() == 0.0
+    }
+}
+
+/// Where the light of a scene's file comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LitBy {
+    /// Lights, be they dark.
+    Lights,
+    /// Emissive surfaces, without a light.
+    EmissiveSurfaces,
+    /// Nothing: it leaves that to whoever shows it.
+    Nothing,
+}
+
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
@@ -151,10 +176,14 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Cameras in the order of the file, or one framing camera named `default`.
     pub cameras: Vec<Camera>,
-    /// Lights in the order of the file, or one default sun.
+    /// Lights in the order of the file, or one default sun; then those of the environment.
     pub lights: Vec<Light>,
+    /// What of its light is the file's.
+    pub lit_by: LitBy,
     /// Light from all around, neither turned nor scaled yet.
     pub environment: Option<Arc<Environment>>,
+    /// Towards the sun that the environment is a sky for, before it is turned.
+    pub sky_sun: Option<Vec3>,
     /// Bounds of all vertices used by triangles.
     pub bounds: Aabb,
 }

@@ -10,7 +10,7 @@ use super::gltf::bounds;
 use super::gltf_materials::default_material;
 use super::gltf_nodes::{default_sun, framing_camera};
 use super::octahedral::pack_octahedral;
-use super::{Draw, Material, Scene, Vertex};
+use super::{Draw, LitBy, Material, Scene, Vertex};
 
 /// A white square in the plane y = 0, centred at the origin, `size` metres wide, facing up.
 #[must_use]
@@ -63,7 +63,9 @@ pub fn scene_from_quads(name: &str, quads: &[[Vec3; 4]], material: Material) -> 
         textures: Vec::new(),
         cameras: vec![framing_camera(&bounds)],
         lights: vec![default_sun()],
+        lit_by: LitBy::Lights,
         environment: None,
+        sky_sun: None,
         bounds,
     }
 }

@@ -85,9 +85,10 @@ fn lights(lights: &[Light], scene_radius: f32) -> Vec<PunctualLight> {
     let mut list: Vec<(PunctualLight, f64)> = lights.iter().map(|light| punctual(light, scene_radius)).collect();
     list.sort_by_key(|(light, _)| u32::from(light.kind == LIGHT_POINT));
     let total: f64 = list.iter().map(|(_, flux)| flux).sum();
-    let mut before = 0.0;
+    let (mut before, count) = (0.0, list.len() as f64);
     for (light, flux) in &mut list {
-        let share = if total > 0.0 { *flux / total } else { 0.0 };
+        // Where all are dark none is preferred.
+        let share = if total > 0.0 { *flux / total } else { 1.0 / count };
         before += share;
         light.path_probability = share as f32;
         light.path_cdf = before as f32;

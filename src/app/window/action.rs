@@ -39,7 +39,7 @@ pub enum Action {
     Inspect,
     /// Inspect this point of the window, 0 to 1 from the top left corner.
     InspectAt([f32; 2]),
-    /// Open a scene.
+    /// Open a scene, or an image as its environment.
     Open(PathBuf),
     /// Save the picture: to a `.png` or `.exr` file, or both beside the settings under a name without an extension;
     /// without any name under the next free one.

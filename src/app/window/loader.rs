@@ -10,10 +10,21 @@ use crate::scene::Scene;
 use crate::settings::{EnvironmentSettings, SunPlace};
 use crate::{Error, Result};
 
-/// A scene that is ready for upload.
-pub struct Loaded {
+/// What is to be loaded.
+#[derive(Clone)]
+pub struct Wanted {
     /// The file, `None` for the built-in scene.
     pub path: Option<PathBuf>,
+    /// Where its sun stands, when that is not left to the scene.
+    pub sun: Option<SunPlace>,
+    /// What is around it.
+    pub environment: EnvironmentSettings,
+    /// It is the scene that is shown, in other light: camera and sun stay.
+    pub is_again: bool,
+}
+
+/// A scene that is ready for upload.
+pub struct Loaded {
     /// The scene.
     pub scene: Scene,
     /// What is computed from it.
@@ -22,25 +33,19 @@ pub struct Loaded {
 
 /// A scene that is being loaded.
 pub struct Loading {
-    path: Option<PathBuf>,
+    wanted: Wanted,
     step: Arc<Mutex<String>>,
     thread: JoinHandle<Result<Loaded>>,
 }
 
 impl Loading {
-    /// Starts to load a file or the built-in scene, with its sun at a place, in an environment, for a device whose image arrays end at `array_layers`.
+    /// Starts to load a scene, for a device whose image arrays end at `array_layers`.
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn start(
-        path: Option<PathBuf>,
-        sun: Option<SunPlace>,
-        environment: &EnvironmentSettings,
-        array_layers: u32,
-    ) -> Result<Self> {
-        let environment = environment.clone();
+    pub fn start(wanted: Wanted, array_layers: u32) -> Result<Self> {
         let step = Arc::new(Mutex::new("reading".to_owned()));
-        let (shared, file) = (Arc::clone(&step), path.clone());
+        let (shared, asked) = (Arc::clone(&step), wanted.clone());
         let load = move || {
             let say = |text: String| {
                 if let Ok(mut step) = shared.lock() {
@@ -48,19 +53,20 @@ impl Loading {
                 }
             };
             let report = |step: &str, done: u64, total: u64| say(format!("{step} {} %", 100 * done / total.max(1)));
-            let scene = read_scene(file.as_deref(), sun, &environment, &report)?;
+            let scene = read_scene(asked.path.as_deref(), asked.sun, &asked.environment, &report)?;
             say("BVH".to_owned());
             let ready = ReadyScene::new(&scene, array_layers);
-            Ok(Loaded { path: file, scene, ready })
+            Ok(Loaded { scene, ready })
         };
         let thread = std::thread::Builder::new().name("scene loader".to_owned()).spawn(load);
         let thread = thread.map_err(|error| Error::Failure(format!("no thread to load the scene with: {error}")))?;
-        Ok(Self { path, step, thread })
+        Ok(Self { wanted, step, thread })
     }
 
     /// What is being done, in a few words.
     pub fn progress(&self) -> String {
-        let name = self.path.as_ref().and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned());
+        let name =
+            self.wanted.path.as_ref().and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned());
         let step = self.step.lock().map(|step| step.clone()).unwrap_or_default();
         format!("loading {}: {step}", name.as_deref().unwrap_or("the built-in scene"))
     }
@@ -70,11 +76,9 @@ impl Loading {
         self.thread.is_finished()
     }
 
-    /// The scene, or why there is none.
-    ///
-    /// # Errors
-    /// Those of reading the file.
-    pub fn finish(self) -> Result<Loaded> {
-        self.thread.join().unwrap_or_else(|_| Err(Error::Failure("loading the scene failed".to_owned())))
+    /// What was to be loaded, and the scene, or why there is none.
+    pub fn finish(self) -> (Wanted, Result<Loaded>) {
+        let failed = |_| Err(Error::Failure("loading the scene failed".to_owned()));
+        (self.wanted, self.thread.join().unwrap_or_else(failed))
     }
 }

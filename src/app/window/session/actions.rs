@@ -11,9 +11,9 @@ use crate::Result;
 use crate::app::setup::find_camera;
 use crate::app::window::action::Action;
 use crate::app::window::camera::FlyCamera;
-use crate::app::window::loader::Loading;
+use crate::app::window::loader::{Loading, Wanted};
 use crate::app::window::{presets, screenshot};
-use crate::settings::{Scope, Settings};
+use crate::settings::{EnvironmentSource, Scope, Settings};
 use crate::techniques;
 
 impl Session {
@@ -46,6 +46,10 @@ impl Session {
             Action::Divider(at) => self.move_divider(at),
             Action::Inspect => self.toggle_inspector(),
             Action::InspectAt(point) => self.inspector = Inspector::At(point),
+            Action::Open(path) if EnvironmentSource::is_image(&path) => {
+                let source = Some(EnvironmentSource::File(path));
+                self.change(Ok(self.settings.clone().changed(|s| s.environment.source = source)))?;
+            }
             Action::Open(path) => self.load(Some(path))?,
             Action::Screenshot(name) => self.screenshots.push(name),
             Action::SaveSettings(path) => {
@@ -77,7 +81,7 @@ impl Session {
             }
             Action::Quit => self.quit = true,
         }
-        Ok(())
+        self.light_anew()
     }
 
     fn resize(&mut self, size: [u32; 2]) {
@@ -111,10 +115,15 @@ impl Session {
         if self.settings.window.present_mode != before.window.present_mode {
             self.presenter.resized();
         }
-        if self.settings.scene.sun != before.scene.sun
-            && let Some(sun) = &mut self.sun
+        if self.settings.scene.sun != before.scene.sun {
+            self.suns.put(self.settings.scene.sun);
+            self.sun_turned_deg = f32::INFINITY;
+        }
+        let place = |settings: &Settings| (settings.environment.scale, settings.environment.turn_deg);
+        if place(&self.settings) != place(&before)
+            && let Some(scene) = self.presenter.scene()
         {
-            sun.put(self.settings.scene.sun);
+            self.suns.follow(scene, &self.settings.environment);
             self.sun_turned_deg = f32::INFINITY;
         }
         if self.settings.scene.camera != before.scene.camera
@@ -135,8 +144,9 @@ impl Session {
             self.panel.show_error("a scene is being loaded already".to_owned());
             return Ok(());
         }
-        let started =
-            Loading::start(path, None, &self.settings.environment, self.presenter.gpu().report().limits.array_layers);
+        let environment = self.settings.environment.clone();
+        let wanted = Wanted { path, sun: None, environment, is_again: false };
+        let started = Loading::start(wanted, self.presenter.gpu().report().limits.array_layers);
         self.loading = self.recover(started)?;
         self.panel.clear_error();
         Ok(())

@@ -11,7 +11,6 @@ use crate::app::window::loader::Loading;
 use crate::app::window::panel::facts::{Facts, SideFacts};
 use crate::app::window::presenter::{DoneFrame, Outcome, Request};
 use crate::app::window::scale::{fixed_scale, picture_size};
-use crate::app::window::sun::Sun;
 use crate::gpu::PanelPicture;
 use crate::renderer::{FrameFeedback, Renderer};
 use crate::settings::Settings;
@@ -23,7 +22,7 @@ impl Session {
     /// The settings with the camera where it is now.
     pub(super) fn present_settings(&self) -> Settings {
         let camera = self.camera.setting().or_else(|| self.settings.scene.camera.clone());
-        let sun = self.sun.as_ref().and_then(Sun::setting);
+        let sun = self.suns.setting();
         self.settings.clone().changed(|s| {
             s.scene.camera = camera;
             s.scene.sun = sun;
@@ -62,7 +61,7 @@ impl Session {
             self.accumulated = 0;
         }
         self.shown_settings = self.settings.clone();
-        let lights = self.sun.as_ref().and_then(Sun::changed_lights);
+        let lights = self.suns.changed_lights();
         let window_px = self.window_px();
         let request = Request {
             settings: &settings,
@@ -88,9 +87,7 @@ impl Session {
             self.dirty = true;
             return Ok(Pace::In(IDLE));
         }
-        if let Some(sun) = &mut self.sun {
-            sun.mark_shown();
-        }
+        self.suns.mark_shown();
         self.shown_count += 1;
         self.accumulated = self.accumulated.saturating_add(1);
         self.take_screenshots()?;
@@ -123,7 +120,7 @@ impl Session {
     fn changes_picture(&self) -> bool {
         self.settings != self.shown_settings
             || self.shown_camera.as_ref() != Some(self.camera.camera())
-            || self.sun.as_ref().is_some_and(Sun::is_changed)
+            || self.suns.are_changed()
     }
 
     /// Takes note of the frames that have completed.
@@ -167,7 +164,7 @@ impl Session {
             loading: self.loading.as_ref().map(Loading::progress),
             accumulated: self.accumulated,
             paused: self.clock.paused,
-            sun_deg: self.sun.as_ref().map(Sun::angles_deg),
+            sun_deg: self.suns.angles_deg(),
             sun_speed: self.sun_speed,
             scale_is_chosen,
             main: SideFacts { shapes: renderer.map(Renderer::shapes), feedback: self.feedback.as_ref() },

@@ -17,7 +17,7 @@ use super::action::Action;
 use super::app::IDLE;
 use super::camera::FlyCamera;
 use super::keys::{self, Keys};
-use super::loader::Loading;
+use super::loader::{Loading, Wanted};
 use super::panel::Panel;
 use super::panel::history::History;
 use super::presenter::Presenter;
@@ -25,12 +25,12 @@ use super::presenter::Presenter;
 use super::reload::ShaderReload;
 use super::scale::{ScaleControl, fixed_scale};
 use super::script::Script;
-use super::sun::Sun;
+use super::sun::Suns;
 use crate::app::setup::find_camera;
 use crate::gpu::FrameCapture;
 use crate::renderer::FrameFeedback;
 use crate::scene::Camera;
-use crate::settings::{RenderScale, Settings};
+use crate::settings::{EnvironmentSettings, RenderScale, Settings};
 use crate::{Error, Result, interrupt};
 
 /// On a CPU driver the window begins with no more lights than this: they take most of such a device's time.
@@ -79,7 +79,9 @@ pub struct Session {
     keys: Keys,
     looking: bool,
     camera: FlyCamera,
-    sun: Option<Sun>,
+    suns: Suns,
+    /// The environment of the scene that is shown.
+    shown_environment: EnvironmentSettings,
     sun_speed: f32,
     /// Turn of the sun since the lights were last measured.
     sun_turned_deg: f32,
@@ -130,8 +132,13 @@ impl Session {
         }
         let size = window.inner_size();
         let layers = presenter.gpu().report().limits.array_layers;
-        let loading =
-            Some(Loading::start(settings.scene.file.clone(), settings.scene.sun, &settings.environment, layers)?);
+        let wanted = Wanted {
+            path: settings.scene.file.clone(),
+            sun: settings.scene.sun,
+            environment: settings.environment.clone(),
+            is_again: false,
+        };
+        let loading = Some(Loading::start(wanted, layers)?);
         let now = Instant::now();
         Ok(Self {
             panel: Panel::new(&window),
@@ -143,7 +150,8 @@ impl Session {
             keys: Keys::new(),
             looking: false,
             camera: FlyCamera::nowhere(),
-            sun: None,
+            suns: Suns::default(),
+            shown_environment: settings.environment.clone(),
             sun_speed: 0.0,
             sun_turned_deg: 0.0,
             clock: Clock { last: now, paused: false, steps: 0 },
@@ -195,6 +203,7 @@ impl Session {
             return Ok(Pace::Quit);
         }
         self.take_scene()?;
+        self.light_anew()?;
         if !self.has_scene {
             self.show_title();
             return Ok(Pace::In(IDLE));
@@ -262,7 +271,7 @@ impl Session {
         self.turn_sun([azimuth + self.sun_speed * time, elevation]);
         let at_rest = azimuth == 0.0 && elevation == 0.0 && self.sun_speed == 0.0;
         // The device has the lights of the last frame.
-        let is_shown = self.sun.as_ref().is_some_and(|sun| !sun.is_changed());
+        let is_shown = !self.suns.are_changed();
         if at_rest && is_shown && self.sun_turned_deg > FAR_TURN_DEG {
             self.sun_turned_deg = 0.0;
             let measured = self.presenter.measure_again(self.camera.camera());
@@ -272,8 +281,7 @@ impl Session {
     }
 
     fn turn_sun(&mut self, [azimuth, elevation]: [f32; 2]) {
-        if let Some(sun) = self.sun.as_mut().filter(|_| azimuth != 0.0 || elevation != 0.0) {
-            sun.turn_deg(azimuth, elevation);
+        if self.suns.turn_deg(azimuth, elevation) {
             self.sun_turned_deg += azimuth.abs() + elevation.abs();
             self.dirty = true;
         }
@@ -282,32 +290,68 @@ impl Session {
     /// Puts a scene that has been loaded on the stage.
     fn take_scene(&mut self) -> Result<()> {
         let Some(loading) = self.loading.take_if(|loading| loading.is_finished()) else { return Ok(()) };
-        let shown = loading.finish().and_then(|loaded| {
-            let wanted = self.settings.scene.camera.as_deref().filter(|_| !self.has_scene);
-            let camera = find_camera(&loaded.scene, wanted)?;
-            let (path, radius) = (loaded.path.clone(), loaded.scene.bounds.radius());
-            let settings = self.picture_settings().changed(|s| s.scene.file = path);
+        let (wanted, loaded) = loading.finish();
+        let camera = wanted.is_again.then(|| self.camera.camera().clone());
+        let shown = loaded.and_then(|loaded| {
+            let named = self.settings.scene.camera.as_deref().filter(|_| !self.has_scene);
+            let camera = camera.map_or_else(|| find_camera(&loaded.scene, named), Ok)?;
+            let settings = self.picture_settings().changed(|s| s.scene.file.clone_from(&wanted.path));
             self.presenter.set_scene(loaded, &camera, &settings)?;
-            Ok((camera, settings.scene.file, radius))
+            Ok(camera)
         });
         let shown = match shown {
             // Without any scene the error ends the program.
             Err(error) if !self.has_scene => return Err(error),
             shown => self.recover(shown)?,
         };
-        if let Some((camera, path, radius)) = shown {
-            self.camera = FlyCamera::new(&camera);
+        match shown {
+            Some(camera) => self.show_scene(wanted, &camera),
+            // The environment before stays.
+            None => self.settings.environment.source.clone_from(&self.shown_environment.source),
+        }
+        Ok(())
+    }
+
+    /// Begins with a scene that is on the device.
+    fn show_scene(&mut self, wanted: Wanted, camera: &Camera) {
+        let Some((scene, uploaded)) = self.presenter.scene().zip(self.presenter.uploaded()) else { return };
+        let mut suns = Suns::new(scene, uploaded.other_lights(), wanted.sun);
+        if wanted.is_again {
+            suns.steered_as(&self.suns);
+        } else {
+            self.camera = FlyCamera::new(camera);
             if self.has_scene {
                 (self.settings.scene.camera, self.settings.scene.sun) = (None, None);
             }
-            let placed = self.settings.scene.sun;
-            self.sun = self.presenter.uploaded().and_then(|scene| Sun::new(scene.other_lights(), placed));
-            self.keys.speed = 0.2 * radius;
-            self.settings.scene.file = path;
-            self.shown_settings = self.settings.clone();
-            self.scale.forget();
-            (self.has_scene, self.dirty, self.accumulated) = (true, true, 0);
+            self.keys.speed = 0.2 * scene.bounds.radius();
         }
+        if wanted.environment != self.settings.environment {
+            suns.follow(scene, &self.settings.environment);
+        }
+        self.suns = suns;
+        (self.settings.scene.file, self.shown_environment) = (wanted.path, wanted.environment);
+        self.shown_settings = self.settings.clone();
+        self.scale.forget();
+        (self.has_scene, self.dirty, self.accumulated) = (true, true, 0);
+    }
+
+    /// Loads the scene that is shown once more where its environment is not the one that is asked for: there is another
+    /// one, or the sun has come to rest in another place than its sky was made for.
+    pub(super) fn light_anew(&mut self) -> Result<()> {
+        let Some(scene) = self.presenter.scene().filter(|_| self.loading.is_none()) else { return Ok(()) };
+        let asked = &self.settings.environment;
+        let is_other = asked.source != self.shown_environment.source;
+        if !is_other && !self.suns.have_left_their_sky(scene, asked.turn_deg) {
+            return Ok(());
+        }
+        let wanted = Wanted {
+            path: self.settings.scene.file.clone(),
+            sun: self.suns.setting(),
+            environment: asked.clone(),
+            is_again: true,
+        };
+        let started = Loading::start(wanted, self.presenter.gpu().report().limits.array_layers);
+        self.loading = self.recover(started)?;
         Ok(())
     }
 

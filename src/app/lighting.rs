@@ -1,0 +1,182 @@
+//! What lights a scene: where its sun stands, and what is around it.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::environment::{self, DEFAULT_DIRECTION_TO_SUN, Environment};
+use crate::scene::{Light, LitBy, Scene};
+use crate::settings::{EnvironmentSettings, EnvironmentSource, SunPlace};
+use crate::{Error, Result};
+
+/// Puts a scene's sun where it is asked for and the scene into its environment, whose suns become lights of the scene.
+///
+/// # Errors
+/// [`Error::Usage`] when there is no sun to be placed, [`Error::File`] when the environment's image cannot be read.
+pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &EnvironmentSettings) -> Result<()> {
+    let source = source(scene, settings);
+    if source != EnvironmentSource::None && scene.lit_by != LitBy::Lights {
+        // The default sun is for scenes without any light.
+        scene.lights.clear();
+    }
+    if let Some(sun) = sun {
+        match first_sun(scene) {
+            Some((direction_ws, _)) => *direction_ws = sun.travel_ws(),
+            // The sky brings the sun.
+            None if source == EnvironmentSource::Sky => {}
+            None => return Err(Error::Usage("--sun needs a directional light, and the scene has none".to_owned())),
+        }
+    }
+    let environment = match &source {
+        EnvironmentSource::None => None,
+        EnvironmentSource::Uniform(radiance) => Some(Environment::uniform(*radiance)),
+        EnvironmentSource::File(path) => Some(environment::file::read(path)?.with_suns_apart()),
+        EnvironmentSource::Sky => Some(put_under_sky(scene, sun, settings.turn_deg)),
+    };
+    if let Some(environment) = environment {
+        scene.lights.extend(suns(&environment, settings));
+        scene.environment = Some(Arc::new(environment));
+    }
+    if scene.lights.is_empty() {
+        scene.lights.push(Light::DARK);
+    }
+    Ok(())
+}
+
+/// Where a scene's light from all around comes from.
+fn source(scene: &Scene, settings: &EnvironmentSettings) -> EnvironmentSource {
+    match &settings.source {
+        Some(source) => source.clone(),
+        None => {
+            if scene.lit_by != LitBy::Lights {
+                log::info!("the scene has no light: a default sun shines");
+            }
+            EnvironmentSource::None
+        }
+    }
+}
+
+/// A clear sky around the scene's first sun, or with a sun of its own.
+fn put_under_sky(scene: &mut Scene, placed: Option<SunPlace>, turn_deg: f32) -> Environment {
+    // The sun that is there stays where it is, however the sky is turned.
+    let before_turn = |travel_ws: Vec3| environment::turned(-travel_ws, -turn_deg);
+    let own = first_sun(scene).map(|(direction_ws, irradiance)| (before_turn(*direction_ws), irradiance));
+    let without = placed.map_or(DEFAULT_DIRECTION_TO_SUN.normalize(), |sun| before_turn(sun.travel_ws()));
+    scene.sky_sun = Some(own.map_or(without, |(towards, _)| towards));
+    match own {
+        Some((towards, irradiance)) => Environment::sky_for_sun(towards, irradiance),
+        None => Environment::sky_with_sun(without),
+    }
+}
+
+/// Direction and irradiance of the first directional light that shines.
+fn first_sun(scene: &mut Scene) -> Option<(&mut Vec3, Vec3)> {
+    scene.lights.iter_mut().filter(|light| !light.is_dark()).find_map(|light| match light {
+        Light::Directional { direction_ws, irradiance } => Some((direction_ws, *irradiance)),
+        _ => None,
+    })
+}
+
+/// The suns of an environment as lights, turned and scaled with it.
+pub(super) fn suns(environment: &Environment, settings: &EnvironmentSettings) -> impl Iterator<Item = Light> {
+    let (scale, turn_deg) = (settings.scale, settings.turn_deg);
+    environment.suns.iter().map(move |sun| Light::Directional {
+        direction_ws: -environment::turned(sun.direction_to_sun, turn_deg),
+        irradiance: sun.irradiance * scale,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::{diffuse, scene_from_quads};
+
+    const QUAD: [Vec3; 4] = [Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::X];
+
+    fn scene(lights: Vec<Light>, lit_by: LitBy) -> Scene {
+        Scene { lights, lit_by, ..scene_from_quads("test", &[QUAD], diffuse("white", Vec3::ONE)) }
+    }
+
+    fn lit(lights: Vec<Light>, sun: Option<SunPlace>, settings: &EnvironmentSettings) -> Scene {
+        let mut scene = scene(lights, LitBy::Lights);
+        light(&mut scene, sun, settings).unwrap();
+        scene
+    }
+
+    fn under(source: EnvironmentSource) -> EnvironmentSettings {
+        EnvironmentSettings { source: Some(source), ..EnvironmentSettings::default() }
+    }
+
+    fn point() -> Light {
+        Light::Point { position_ws: Vec3::ONE, intensity: Vec3::ONE }
+    }
+
+    fn own_sun() -> Light {
+        Light::Directional { direction_ws: Vec3::new(0.6, -0.8, 0.0), irradiance: Vec3::splat(3.0) }
+    }
+
+    /// Azimuth and height of the brightest texel of the scene's sky, turned, in degrees.
+    fn brightest(scene: &Scene, turn_deg: f32) -> SunPlace {
+        let sky = scene.environment.as_ref().unwrap();
+        let brightest = sky.radiance.iter().enumerate().max_by(|a, b| a.1[1].total_cmp(&b.1[1])).unwrap().0 as u32;
+        let point = [brightest % sky.size[0], brightest / sky.size[0]];
+        let point = [0, 1].map(|axis| (point[axis] as f32 + 0.5) / sky.size[axis] as f32);
+        SunPlace::towards(environment::turned(environment::image_direction(point), turn_deg))
+    }
+
+    #[test]
+    fn a_uniform_environment_brings_no_sun_and_takes_the_default_one() {
+        let settings = under(EnvironmentSource::Uniform([1.0; 3]));
+        for lit_by in [LitBy::Nothing, LitBy::EmissiveSurfaces] {
+            let mut scene = scene(vec![own_sun()], lit_by);
+            light(&mut scene, None, &settings).unwrap();
+            assert_eq!(scene.lights, [Light::DARK]);
+        }
+        assert_eq!(lit(vec![own_sun()], None, &settings).lights, [own_sun()]);
+        let none = lit(vec![point()], None, &under(EnvironmentSource::None));
+        assert!(none.environment.is_none() && none.lights == [point()]);
+    }
+
+    #[test]
+    fn a_sky_is_for_the_sun_of_the_scene() {
+        let place = SunPlace { azimuth_deg: 130.0, height_deg: 40.0 };
+        let at = |found: SunPlace, place: SunPlace| {
+            (found.azimuth_deg - place.azimuth_deg).abs() < 3.0 && (found.height_deg - place.height_deg).abs() < 3.0
+        };
+        for turn_deg in [0.0, 70.0] {
+            let settings = EnvironmentSettings { turn_deg, scale: 2.0, ..under(EnvironmentSource::Sky) };
+            // Its own sun stays the sun.
+            let own = lit(vec![point(), own_sun()], None, &settings);
+            assert_eq!(own.lights, [point(), own_sun()]);
+            assert!(at(brightest(&own, turn_deg), SunPlace::towards(Vec3::new(-0.6, 0.8, 0.0))), "turned {turn_deg}");
+            assert_eq!(lit(vec![own_sun()], Some(place), &settings).lights.len(), 1);
+            // A lamp is no sun: the sky brings one.
+            let placed = lit(vec![point()], Some(place), &settings);
+            let [_, Light::Directional { direction_ws, .. }] = placed.lights[..] else { panic!("{:?}", placed.lights) };
+            assert!(direction_ws.distance(place.travel_ws()) < 1e-4, "turned {turn_deg}: {direction_ws}");
+            assert!(at(brightest(&placed, turn_deg), place), "turned {turn_deg}");
+        }
+        let plain = lit(vec![point()], None, &under(EnvironmentSource::Sky));
+        let turned = EnvironmentSettings { turn_deg: 90.0, scale: 2.0, ..under(EnvironmentSource::Sky) };
+        let turned = lit(vec![point()], None, &turned);
+        let sun = |scene: &Scene| match scene.lights[1] {
+            Light::Directional { direction_ws, irradiance } => (direction_ws, irradiance),
+            _ => panic!("{:?}", scene.lights),
+        };
+        assert_eq!(plain.environment, turned.environment, "it is turned and scaled when it is rendered");
+        assert!((sun(&turned).1 - 2.0 * sun(&plain).1).length() < 1e-4);
+        assert!(environment::turned(sun(&plain).0, 90.0).distance(sun(&turned).0) < 1e-5);
+    }
+
+    #[test]
+    fn a_sun_that_is_not_there_cannot_be_placed() {
+        let place = Some(SunPlace { azimuth_deg: 0.0, height_deg: 40.0 });
+        for source in [EnvironmentSource::None, EnvironmentSource::Uniform([1.0; 3])] {
+            let error = light(&mut scene(vec![point()], LitBy::Lights), place, &under(source)).unwrap_err();
+            assert!(
+                error.exit_code() == 2 && error.to_string().starts_with("--sun needs a directional light"),
+                "{error}"
+            );
+        }
+    }
+}

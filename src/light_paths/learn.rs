@@ -14,9 +14,6 @@ pub const PATHS_PER_PART: u32 = 16;
 /// Share of the paths that start where no light was found as well, so that light which was missed is there too, if noisier:
 /// half of it anywhere, half in any cell, as cells are small near where there is light.
 const SHARE_ANYWHERE: f64 = 0.2;
-/// Share of the paths that start by the square root of light times size. Where little light of a large cell is seen, it is
-/// mostly what few of its paths bring after more bounces, and paths by light alone would leave all the noise there.
-const SHARE_BY_ROOT: f64 = 0.4;
 /// Cells are halved until none has more than this part of the light, each by enough samples that what is learnt is no
 /// noise: their number is right to about a fifth.
 const HEAVIEST_CELL: f64 = 1.0 / 512.0;
@@ -150,15 +147,11 @@ impl PartialOrd for Heavy {
     }
 }
 
-/// The shares of the cells: by their light, by its root, and a part by their size and number.
+/// The shares of the cells: by their light, and a part by their size and number.
 fn density(parts: &[Part]) -> StartDensity {
     let (mut first, each) = (0.0, 1.0 / parts.len() as f64);
-    let root = |part: &Part| (part.weight * part.volume()).sqrt();
-    let by_root = SHARE_BY_ROOT / parts.iter().map(root).sum::<f64>();
-    let by_light = 1.0 - SHARE_ANYWHERE - SHARE_BY_ROOT;
     let cells = parts.iter().map(|part| {
-        let anywhere = SHARE_ANYWHERE * 0.5 * (part.volume() + each);
-        let share = by_light * part.weight + by_root * root(part) + anywhere;
+        let share = (1.0 - SHARE_ANYWHERE) * part.weight + SHARE_ANYWHERE * 0.5 * (part.volume() + each);
         let cell = StartCell { low: part.low, first: first as f32, size: part.size, share: share as f32 };
         first += share;
         cell
@@ -223,18 +216,6 @@ mod tests {
         let dark: f32 = learnt.density.cells.iter().filter(|cell| cell.low[1] >= 0.5).map(|cell| cell.share).sum();
         // By their light alone it were a third; a point of half the light counts 2/3 as much as a bright one or more.
         assert!((0.38..0.5).contains(&dark), "{dark}");
-    }
-
-    #[test]
-    fn little_light_of_a_large_part_has_paths() {
-        // A tenth of the light comes from nearly everywhere, the rest through a part of a millionth.
-        let at = |[a, b, c]: [f32; 3]| if a < 0.1 { [a, b, c] } else { [a, 0.3 + 1e-3 * b, 0.7 + 1e-3 * c] };
-        let learnt = learn(&samples(1000, 1.0, at), 1, true).unwrap();
-        check(&learnt.density).unwrap();
-        let large = |cell: &&StartCell| cell.size[1] * cell.size[2] > 1e-4;
-        let share: f32 = learnt.density.cells.iter().filter(large).map(|cell| cell.share).sum();
-        // By light alone, and a tenth anywhere, it were 0.18.
-        assert!(share > 0.35 && share < 0.7, "{share}");
     }
 
     #[test]

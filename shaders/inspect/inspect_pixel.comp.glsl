@@ -124,7 +124,7 @@ void look_at_samples(uvec2 pixel, float depth) {
     uint index = reservoir_index(interleaved);
     uint random_state = sampling_state(index);
     float share = 1.0 / float(shadow_sample_count());
-    float unit = ESTIMATE == ESTIMATE_RATIO ? receiver.unit : filter_unit(receiver);
+    float unit = written_unit(receiver);
     for (uint i = 0u; i < shadow_sample_count(); ++i) {
         uint light = receiver.total > 0.0 ? selected_light(index, i) : NO_LIGHT;
         InspectedSample found = InspectedSample(vec3(0.0), light, 0.0, 0u, SAMPLE_EMPTY, 0.0);

@@ -29,7 +29,7 @@ void store(uint index, GridLight light) {
     merged_lights[index] = light;
     float radius = alpha() * cell_size(grid.h_top, light.level);
     imageStore(light_texels, light_texel(index, 0u), vec4(light.position_ws, radius));
-    imageStore(light_texels, light_texel(index, 1u), vec4(light.lobe, 0.0));
+    imageStore(light_texels, light_texel(index, 1u), vec4(light.lobe, light.luminance));
     imageStore(light_texels, light_texel(index, 2u), vec4(light.flux, 0.0));
 }
 

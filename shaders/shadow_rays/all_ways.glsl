@@ -43,6 +43,9 @@ float filter_unit(Receiver receiver) {
     return max(receiver.mean_total + LEAST_EXPECTED * expected / (PI * PI), 1e-30);
 }
 
+// What estimates are written per unit of: that, or for the ratio, which needs none, what samples were chosen by.
+float written_unit(Receiver receiver) { return ESTIMATE == ESTIMATE_RATIO ? receiver.unit : filter_unit(receiver); }
+
 // Luminance of all lights.
 float luminance_of_all() {
     float sum = 0.0;
@@ -82,16 +85,6 @@ Start start_elsewhere(Receiver receiver, inout uint random_state) {
     return Start(grid_light_at(vertex, level), level);
 }
 
-// What light `index` of the merged list sends to a receiver per unit of luminance, as it was chosen by.
-float blended_response(uint index, Receiver receiver, uint level) {
-    vec4 position_radius = texelFetch(light_texels, light_texel(index, 0u), 0);
-    vec3 lobe = texelFetch(light_texels, light_texel(index, 1u), 0).xyz;
-    vec3 offset = position_radius.xyz - receiver.position_ws;
-    float distance = length(offset);
-    float weight = blend_weight(distance, position_radius.w, level, first_level(), top_level());
-    return weight * light_response(offset, distance, receiver.normal, lobe, level);
-}
-
 // What is the same for all lights of a level.
 struct DealtLevel {
     uint level;
@@ -105,45 +98,67 @@ DealtLevel dealt_level(uint level, uint count) {
     return DealtLevel(level, count, level >= max(first_level(), first_shadow_level()));
 }
 
-// The response of light `index` of a level, on average over the sub-images: one of them has it n^2 times as bright, or all
-// as it is. A pixel's own sub-image alone would leave most lights to samples from elsewhere; as it is, estimates are right
-// on average over n x n pixels, which are blurred together.
-float dealt_response(uint index, DealtLevel dealt, Receiver receiver) {
-    if (!dealt.is_chosen_from) {
-        return 0.0;
-    }
+// A light of a level as samples know it.
+struct WayLight {
+    // What it sends to the receiver per unit of luminance, as reservoirs choose it: on average over the sub-images, one of
+    // which has it n^2 times as bright, or all as it is. A pixel's own sub-image alone would leave most lights to samples from
+    // elsewhere; as it is, estimates are right on average over n x n pixels, which are blurred together.
+    float response;
+    // Before lights are dealt.
+    float luminance;
+};
+
+WayLight way_light(uint index, DealtLevel dealt, Receiver receiver) {
+    // A power of two.
     uint sub_image_count = interleave() * interleave();
     bool has_all = dealt.count < sub_image_count;
-    uint sub_image = has_all ? 0u : index % sub_image_count;
-    uint merged = sub_images[SUB_IMAGE_STRIDE * sub_image + dealt.level] + (has_all ? index : index / sub_image_count);
-    return blended_response(merged, receiver, dealt.level);
+    uint sub_image = has_all ? 0u : index & (sub_image_count - 1u);
+    uint place = has_all ? index : index >> findMSB(sub_image_count);
+    uint merged = sub_images[SUB_IMAGE_STRIDE * sub_image + dealt.level] + place;
+    vec4 position_radius = texelFetch(light_texels, light_texel(merged, 0u), 0);
+    vec4 lobe_luminance = texelFetch(light_texels, light_texel(merged, 1u), 0);
+    vec3 offset = position_radius.xyz - receiver.position_ws;
+    float distance = length(offset);
+    float weight = blend_weight(distance, position_radius.w, dealt.level, first_level(), top_level());
+    float response = weight * light_response(offset, distance, receiver.normal, lobe_luminance.xyz, dealt.level);
+    float luminance = has_all ? lobe_luminance.w : lobe_luminance.w / float(sub_image_count);
+    return WayLight(dealt.is_chosen_from ? response : 0.0, luminance);
 }
 
 uvec3 corner_of(uint i) { return uvec3(i & 1u, (i >> 1u) & 1u, i >> 2u); }
 
-// Trilinear weight of a vertex for a position, both in cells of the vertex's level.
-float hat(vec3 position, vec3 vertex) {
-    vec3 w = max(1.0 - abs(position - vertex), vec3(0.0));
-    return w.x * w.y * w.z;
-}
+// What a sum or product over the axes has of the low and of the high side of a cell.
+struct Sides {
+    vec3 low;
+    vec3 high;
+};
+
+vec3 of_corner(Sides sides, uint i) { return mix(sides.low, sides.high, equal(corner_of(i), uvec3(1u))); }
+
+float sum_of(vec3 v) { return v.x + v.y + v.z; }
+float product_of(vec3 v) { return v.x * v.y * v.z; }
+
+// Trilinear weights, axis by axis, of the sides of a cell for a position `from` its lowest vertex, in cells.
+Sides hats(vec3 from) { return Sides(max(1.0 - abs(from), vec3(0.0)), max(1.0 - abs(from - 1.0), vec3(0.0))); }
 
 // Corners of a cell that may lead to its lights, as bits: whose grid light, which lies within a cell of its vertex, may be in
 // reach and before the surface, or which are beside the receiver. Asked first, because most corners end here, and devices
-// that run pixels in lockstep pay for whatever follows in a loop as often as the worst of them.
-uint leading_corners(uvec3 cell, uint level, Receiver receiver, vec3 receiver_cells) {
-    vec3 from = (receiver.position_ws - grid.origin_ws) / cell_size(grid.h_top, level);
-    float spread = abs(receiver.normal.x) + abs(receiver.normal.y) + abs(receiver.normal.z);
+// that run pixels in lockstep pay for whatever follows in a loop as often as the worst of them. `from` leads from the
+// receiver to the cell's lowest vertex, in cells.
+uint leading_corners(vec3 from, Sides beside, uint level, Receiver receiver) {
+    Sides nearest = Sides(max(abs(from) - 1.0, vec3(0.0)), max(abs(from + 1.0) - 1.0, vec3(0.0)));
+    Sides farthest = Sides(abs(from) + 1.0, abs(from + 1.0) + 1.0);
+    Sides before = Sides(receiver.normal * from, receiver.normal * (from + 1.0));
+    nearest = Sides(nearest.low * nearest.low, nearest.high * nearest.high);
+    farthest = Sides(farthest.low * farthest.low, farthest.high * farthest.high);
+    float behind = -1.001 * sum_of(abs(receiver.normal));
+    float reach = level == top_level() ? 3e38 : 4.001 * alpha() * alpha();
+    float least = level == first_level() ? -1.0 : 0.249 * alpha() * alpha();
     uint bits = 0u;
     for (uint i = 0u; i < 8u; ++i) {
-        vec3 vertex = vec3(cell + corner_of(i));
-        vec3 offset = abs(vertex - from);
-        vec3 nearest = max(offset - 1.0, vec3(0.0));
-        vec3 farthest = offset + 1.0;
-        bool near = level == top_level() || dot(nearest, nearest) < 4.001 * alpha() * alpha();
-        bool far = level == first_level() || dot(farthest, farthest) > 0.249 * alpha() * alpha();
-        bool before = dot(receiver.normal, vertex - from) > -1.001 * spread;
-        bool beside = level != top_level() && hat(receiver_cells, vertex) > 0.0;
-        bits |= uint((near && far && before) || beside) << i;
+        bool in_reach = sum_of(of_corner(nearest, i)) < reach && sum_of(of_corner(farthest, i)) > least;
+        bool leads = in_reach && sum_of(of_corner(before, i)) > behind;
+        bits |= uint(leads || product_of(of_corner(beside, i)) > 0.0) << i;
     }
     return bits;
 }
@@ -157,22 +172,27 @@ struct ChosenFor {
 
 void add_level(inout ChosenFor sum, vec3 position_ws, uint level, Receiver receiver) {
     vec3 cells = grid_position(position_ws, grid, level);
-    vec3 receiver_cells = grid_position(receiver.position_ws, grid, level);
     uvec3 cell = cell_of(cells, level);
+    Sides shares = hats(cells - vec3(cell));
+    Sides beside = hats(grid_position(receiver.position_ws, grid, level) - vec3(cell));
+    if (level == top_level()) {
+        beside = Sides(vec3(0.0), vec3(0.0));
+    }
+    vec3 from = vec3(cell) - (receiver.position_ws - grid.origin_ws) / cell_size(grid.h_top, level);
     DealtLevel dealt = dealt_level(level, level_count(level));
     uint first_rank = ranks[first_word(level)];
-    uint first_light = level_first(level);
-    for (uint bits = leading_corners(cell, level, receiver, receiver_cells); bits != 0u; bits &= bits - 1u) {
-        uvec3 vertex = cell + corner_of(uint(findLSB(bits)));
+    for (uint bits = leading_corners(from, beside, level, receiver); bits != 0u; bits &= bits - 1u) {
+        uint corner = uint(findLSB(bits));
+        uvec3 vertex = cell + corner_of(corner);
         uint word = occupancy_word(vertex, level);
         uint bit = 1u << (vertex.x % 32u);
         uint occupied = occupancy[word];
         uint rank = ranks[word] - first_rank + uint(bitCount(occupied & (bit - 1u)));
         if ((occupied & bit) != 0u && rank < dealt.count) {
-            float share = hat(cells, vec3(vertex));
-            float beside = level == top_level() ? 0.0 : hat(receiver_cells, vec3(vertex));
-            sum.elsewhere += share * beside / max(grid_lights[first_light + rank].luminance, 1e-37);
-            sum.response += share * dealt_response(rank, dealt, receiver);
+            float share = product_of(of_corner(shares, corner));
+            WayLight light = way_light(rank, dealt, receiver);
+            sum.response += share * light.response;
+            sum.elsewhere += share * product_of(of_corner(beside, corner)) / max(light.luminance, 1e-37);
         }
     }
 }
@@ -183,7 +203,7 @@ ChosenFor chosen_for(uint light, vec3 position_ws, Receiver receiver) {
         add_level(sum, position_ws, level, receiver);
     }
     if (first_level() == 0u) {
-        sum.response += dealt_response(light, dealt_level(0u, grid.light_count), receiver);
+        sum.response += way_light(light, dealt_level(0u, grid.light_count), receiver).response;
     }
     sum.elsewhere /= float(top_level());
     return sum;

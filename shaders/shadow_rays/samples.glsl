@@ -62,8 +62,14 @@ uint descend(uint index, uint level, inout uint random_state) {
         }
         float target = random(random_state) * uintBitsToFloat(descent[table + 2u * parts]);
         uint part = 0u;
-        while (part + 1u < parts && uintBitsToFloat(descent[table + 2u + 2u * part]) <= target) {
-            ++part;
+        // The first part whose cumulative luminance is above the target, by halving what it may be among.
+        for (uint last = parts - 1u; part < last;) {
+            uint middle = (part + last) / 2u;
+            if (uintBitsToFloat(descent[table + 2u + 2u * middle]) > target) {
+                last = middle;
+            } else {
+                part = middle + 1u;
+            }
         }
         index = descent[table + 3u + 2u * part];
     }

@@ -37,7 +37,7 @@ void main() {
     uint rays = 0u;
     if (depth > 0.0) {
         Receiver receiver = receiver_at(pixel, depth);
-        unit = receiver.unit;
+        unit = written_unit(receiver);
         uint index = reservoir_index(interleaved);
         uint random_state = sampling_state(index);
         float share = 1.0 / float(shadow_sample_count());
@@ -51,7 +51,6 @@ void main() {
             }
         }
         if (ESTIMATE != ESTIMATE_RATIO) {
-            unit = filter_unit(receiver);
             shadowed *= receiver.unit / unit;
             unshadowed *= receiver.unit / unit;
         }

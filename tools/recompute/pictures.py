@@ -133,9 +133,7 @@ def shadow_samples(dump, rng, pixels):
 def shadowed_lighting(dump, lighting):
     """What the estimates make of the lighting: S / U darkens it, or S takes its place."""
     (s, _), (u, unit) = (np.split(dump.get(*dump.last(name)), [3], axis=-1) for name in ("shadowed", "unshadowed"))
-    settings = dump.manifest["settings"]
-    default = "corrected" if settings["shadow-points"] == "descent" else "ratio"
-    if settings.get("shadow-estimate", default) == "ratio":
+    if dump.manifest["settings"]["shadow-estimate"] == "ratio":
         return lighting * np.where(u > 0.0, s / np.where(u > 0.0, u, 1.0), 1.0)
     return s * unit
 

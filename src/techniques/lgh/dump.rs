@@ -86,7 +86,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "merged_light_texels",
         "m, m; 1; flux",
         RGBA,
-        "The merged lights once more, three texels each: centre and blending radius, mean normal, flux.",
+        "The merged lights once more, three texels each: centre and blending radius, mean normal and luminance, flux.",
     ),
     buffer(
         "light_bucket_cells",

@@ -144,6 +144,7 @@ impl TechniqueShape for LghShape {
 
     fn note_choices(&self, settings: &mut Settings) {
         settings.lgh.reservoir = Some(self.reservoir);
+        settings.lgh.shadow_estimate = Some(self.shadow_estimate);
     }
 
     fn level_range(&self) -> [u32; 2] {

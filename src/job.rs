@@ -71,6 +71,8 @@ impl<'a> Job<'a> {
             environment_scale: environment.scale * scene.environment_scale,
             environment_turn: environment.turn_deg / 360.0,
             exposure,
+            exposure_compensation: settings.picture.exposure_compensation.exp2(),
+            tone_map: settings.picture.tone_map.code(),
             largest_triangle: scene.largest_triangle,
             ..FrameData::zeroed()
         }

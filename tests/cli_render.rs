@@ -74,6 +74,8 @@ fn json_timings_say_everything() {
     for key in ["frame_gpu_ms", "frame_cpu_ms", "pass_sum_ms"] {
         statistics(&json[key]);
     }
+    let exposure = json["exposure"].as_f64().unwrap();
+    assert!(exposure > 0.0 && run.stdout.contains(&format!("\nexposure: {exposure:.4}")), "{}", run.stdout);
     assert_eq!((&json["frames"], &json["warmup"]), (&json!(3), &json!(1)));
     assert_eq!(json["schema"], "gridlight-timings/1");
     for pointer in ["/program/version", "/program/commit", "/device/name", "/device/driver", "/device/api_version"] {
@@ -132,6 +134,10 @@ fn csv_timings_png_and_quiet() {
     let (width, height, rgb) = read_png(folder.path().join("a.png")).unwrap();
     assert_eq!((width, height), (96, 54));
     assert!(rgb.iter().any(|v| *v > 64) && rgb.iter().any(|v| *v < 192));
+    let darker = format!("{options} --exposure-compensation -2");
+    render(folder.path(), "b.png", &darker);
+    let (.., dark) = read_png(folder.path().join("b.png")).unwrap();
+    assert!(dark.iter().zip(&rgb).all(|(dark, bright)| dark <= bright) && dark != rgb);
     let csv = std::fs::read_to_string(timings).unwrap();
     let mut lines = csv.lines();
     assert_eq!(lines.next(), Some("frame,pass,gpu_ms"));

@@ -48,7 +48,7 @@ fn the_default_frame_has_few_batches_of_barriers() {
         );
         assert!(plan.batch_count() <= MOST_BATCHES, "{} batches", plan.batch_count());
         assert_eq!(filling, 1, "all buffers are cleared in one pass");
-        assert_eq!(fill_count, 8);
+        assert_eq!(fill_count, 9);
     });
 }
 

@@ -14,9 +14,10 @@ use support::succeed;
 /// A golden is small enough to live in the repository.
 const MOST_BYTES: u64 = 40 << 10;
 
-/// Renders to `path`. The exposure is fixed, lest it hide a change of brightness.
+/// Renders to `path`. The exposure is fixed, lest it hide a change of brightness, and so is the tone curve: these are
+/// pictures of the light.
 fn render(path: &Path, camera: &str, technique: &str, seed: &str) -> Picture {
-    let options = "--headless --size 160x90 --vpls 2000 --shadow-samples 16 --quiet";
+    let options = "--headless --size 160x90 --vpls 2000 --shadow-samples 16 --tone-map reinhard --quiet";
     let mut arguments: Vec<&str> = options.split(' ').collect();
     // Bright enough for the shade, or for the sun alone.
     arguments.extend(["--exposure", if technique == "direct" { "1" } else { "4" }]);

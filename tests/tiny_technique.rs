@@ -100,7 +100,7 @@ impl TechniqueShape for AmbientShape {
         let (lighting, count) = self.add_lighting(frame);
         let values = debug_view::show_surface(frame, gbuffer, SurfaceView::Indirect(lighting));
         let outputs = TechniqueOutputs::new(vec![count], count);
-        Some(AddedView { values, picture: tone_map::add(frame, values), outputs })
+        Some(AddedView { values, picture: tone_map::add(frame, gbuffer, values), outputs })
     }
 
     fn counts(&self, words: &[Vec<u32>]) -> Vec<Count> {

@@ -303,7 +303,9 @@ fn the_screen_shows_the_picture(format: &str) -> Option<(Vec<u8>, Vec<u8>)> {
     let script = write(folder.path(), "s.txt", &format!("at 4 screenshot {}\n", png.display()));
     let mut command = program();
     display.show(&mut command).env("GRIDLIGHT_SURFACE_FORMAT", format).args(["--script", &script]);
-    command.args("--size 160x90 --render-scale 1 --technique direct --camera court --exposure 1".split(' '));
+    command.args(
+        "--size 160x90 --render-scale 1 --technique direct --camera court --exposure 1 --tone-map reinhard".split(' '),
+    );
     let _running = Running(command.spawn().unwrap());
     wait_for(&png);
     let picture = golden::load(&png).unwrap();

@@ -15,7 +15,7 @@ import numpy as np
 
 # The folder of the sources stays as it is.
 sys.dont_write_bytecode = True
-from recompute import hierarchy, pictures  # noqa: E402
+from recompute import display, hierarchy, pictures  # noqa: E402
 from recompute.faults import FAULTS, plant_fault  # noqa: E402
 from recompute.reader import Dump, DumpError  # noqa: E402
 
@@ -33,7 +33,8 @@ STAGES = [
     ("shadow samples", pictures.shadow_samples, 3e-3, "own key; logarithms are good to 2^-21, so at least 5e-4", True),
     ("compose", pictures.compose, 1e-5, "own size; a few roundings", False),
     ("accumulate", pictures.accumulate, 1e-6, "own size; one division", False),
-    ("tone_map", pictures.tone_map, 0.6 / 255, "white; rounded to 8 bits", False),
+    ("exposure", display.exposure, 1e-4, "own size; logarithms and sums in single precision", False),
+    ("tone_map", display.tone_map, 0.6 / 255, "white; rounded to 8 bits", False),
 ]
 
 # Where lights are added in an image of half floats, 11 bits of each partial sum are left.

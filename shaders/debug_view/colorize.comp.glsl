@@ -1,6 +1,6 @@
 // Values of a view as a picture. One thread per pixel.
 #include "common/frame.glsl"
-#include "tone_map/curves.glsl"
+#include "common/srgb.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;

@@ -1,7 +1,7 @@
 // Points over the dimmed picture of direct light, each coloured by its flux; a little albedo keeps what is in shadow
 // recognizable. One thread per pixel.
 #include "common/frame.glsl"
-#include "tone_map/curves.glsl"
+#include "tone_map/tone_curves.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
@@ -26,7 +26,10 @@ void main() {
     vec4 point = texelFetch(points_image, ivec2(pixel), 0);
     vec3 direct = texelFetch(direct_image, ivec2(pixel), 0).rgb;
     vec3 albedo = texelFetch(albedo_image, ivec2(pixel), 0).rgb;
-    vec3 background = DIRECT_DIM * tone_mapped(direct, direct_exposure[0]) + ALBEDO_DIM * srgb_encode(albedo);
-    vec3 color = point.a > 0.0 ? tone_mapped(point.rgb, POINT_GAIN * points_exposure[0]) : background;
+    // By a curve of its own: the colours of the points are to be told apart, whatever the picture looks like.
+    vec3 dimmed = DIRECT_DIM * tone_mapped(direct, direct_exposure[0], TONE_MAP_REINHARD);
+    vec3 background = dimmed + ALBEDO_DIM * srgb_encode(albedo);
+    vec3 bright = tone_mapped(point.rgb, POINT_GAIN * points_exposure[0], TONE_MAP_REINHARD);
+    vec3 color = point.a > 0.0 ? bright : background;
     imageStore(out_picture, ivec2(pixel), vec4(color, 1.0));
 }

@@ -8,7 +8,7 @@
 #include "common/octahedral.glsl"
 #include "common/gbuffer.glsl"
 #include "common/lights.glsl"
-#include "tone_map/curves.glsl"
+#include "common/srgb.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;

@@ -1,7 +1,7 @@
 // The finished picture in the window, bilinear between the centres of its pixels where the sizes differ. One thread
 // per pixel of the window; reads the picture as sRGB, writes what the window's format wants.
 #extension GL_EXT_samplerless_texture_functions : require
-#include "tone_map/curves.glsl"
+#include "common/srgb.glsl"
 
 layout(constant_id = 0) const bool DRIVER_ENCODES = false;
 layout(set = 0, binding = 0) uniform texture2D picture;

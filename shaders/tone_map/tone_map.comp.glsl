@@ -1,6 +1,6 @@
-// Exposure, Reinhard per channel, sRGB, 8 bits. One thread per pixel.
+// Exposure, a tone curve, sRGB, 8 bits. One thread per pixel.
 #include "common/frame.glsl"
-#include "tone_map/curves.glsl"
+#include "tone_map/tone_curves.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
@@ -14,5 +14,5 @@ void main() {
         return;
     }
     vec3 radiance = texelFetch(radiance_image, ivec2(pixel), 0).rgb;
-    imageStore(out_picture, ivec2(pixel), vec4(tone_mapped(radiance, exposure[0]), 1.0));
+    imageStore(out_picture, ivec2(pixel), vec4(tone_mapped(radiance, exposure[0], frame.tone_map), 1.0));
 }

@@ -50,7 +50,8 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
     if let Some(sentence) = complaint.map_or_else(|| renderer.complaint(), |first| Ok(Some(first)))? {
         log::warn!("{sentence}");
     }
-    let printed = (!quiet).then(|| table(&times, &rays));
+    let exposure = renderer.read_exposure()?;
+    let printed = (!quiet).then(|| table(&times, &rays, exposure));
     let picture = match outputs.picture {
         None => None,
         Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
@@ -62,6 +63,7 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
             let counts = counts::count(&job, &renderer)?;
             let mut report = report(&job, &scene, &renderer, times, counts);
             report.rays = rays;
+            report.exposure = exposure;
             report.frames = frames.len() as u32;
             report.interrupted.clone_from(&interrupted);
             Some((file, report.to_json()?))
@@ -137,6 +139,7 @@ fn report(
         memory: Memory { device_bytes: job.gpu.reserved_bytes(), peak_resident_bytes: peak_resident_bytes() },
         counts,
         rays: RayRates::default(),
+        exposure: None,
     }
 }
 

@@ -6,7 +6,7 @@ use super::*;
 use crate::settings::{
     CenterWeight, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe,
     PresentMode, Rays, RenderScale, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch,
-    Technique, View, VplImportance,
+    Technique, ToneMap, View, VplImportance,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -54,7 +54,7 @@ fn no_options_are_the_defaults() {
 fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --direct off --lights both --vpls 7 --vpl-importance none \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
-        --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --view light-count --output a.exr \
+        --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
     let expected = Settings::default().changed(|s| {
         s.scene.file = Some("a.gltf".into());
@@ -97,6 +97,8 @@ fn every_option_arrives() {
         s.device.max_submit_ms = 9.0;
         s.tracing.seed = 9;
         s.picture.exposure = Exposure::Fixed(0.5);
+        s.picture.exposure_compensation = -1.5;
+        s.picture.tone_map = ToneMap::Agx;
         s.render.view = View::LightCount;
         s.output.picture = Some("a.exr".into());
         s.output.timings = Some("a.json".into());
@@ -210,7 +212,7 @@ fn help_names_every_option() {
     let help = shown(&["--help"]);
     let options = "--headless --frames --warmup --size --camera --sun --technique --vpls --vpl-importance --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --shadow-estimate --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
-        --exposure --output --timings --settings --gpu --list-gpus --validation --no-pipeline-cache --print-graph --verbose -v, --quiet \
+        --exposure --exposure-compensation --tone-map --output --timings --settings --gpu --list-gpus --validation --no-pipeline-cache --print-graph --verbose -v, --quiet \
         --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";
     for option in options.split_whitespace() {
         assert!(help.contains(option), "{option} is missing in\n{help}");
@@ -239,6 +241,8 @@ fn help_states_the_defaults() {
         ("--alpha <CELLS>", settings.lgh.alpha.to_string()),
         ("--clamp <RADII>", settings.many_lights.clamp.to_string()),
         ("--seed <N>", settings.tracing.seed.to_string()),
+        ("--exposure-compensation <STOPS>", settings.picture.exposure_compensation.to_string()),
+        ("--tone-map <reinhard|agx|neutral>", crate::settings::name(&settings.picture.tone_map)),
     ] {
         let (_, rest) = help.split_once(option).unwrap_or_else(|| panic!("no {option}"));
         let (_, stated) = rest.split_once("[default: ").unwrap();

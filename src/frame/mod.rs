@@ -55,7 +55,7 @@ fn add_picture(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> FrameOu
     if frame.shape.accumulate {
         radiance = accumulate::add(frame, radiance);
     }
-    let tone_mapped = tone_map::add(frame, radiance);
+    let tone_mapped = tone_map::add(frame, gbuffer, radiance);
     FrameOutputs { radiance, tone_mapped, ray_count: frame.ray_count, technique: added.outputs, inspected }
 }
 
@@ -88,5 +88,5 @@ fn surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) -> AddedVie
 fn direct(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {
     let direct = direct_light::add(frame, gbuffer, EnvironmentLight::Here);
     let values = compose::add(frame, gbuffer, Some(direct), None);
-    AddedView { values, picture: tone_map::add(frame, values), outputs: TechniqueOutputs::default() }
+    AddedView { values, picture: tone_map::add(frame, gbuffer, values), outputs: TechniqueOutputs::default() }
 }

@@ -241,13 +241,13 @@ pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMappe
         .bind("scale", scale, Access::ComputeRead)
         .bind("out_picture", picture, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    ToneMapped { picture, exposure: scale }
+    ToneMapped { picture, exposure: scale, is_exposed: false }
 }
 
 /// Adds the passes that lay points over the dimmed picture of direct light, with a little albedo.
-pub fn overlay_points(frame: &mut Frame, points: ImageHandle, direct: ImageHandle, albedo: ImageHandle) -> ToneMapped {
-    let exposure = tone_map::measure_exposure(frame, "exposure", points);
-    let direct_exposure = tone_map::measure_exposure(frame, "direct_exposure", direct);
+pub fn overlay_points(frame: &mut Frame, gbuffer: &GBuffer, points: ImageHandle, direct: ImageHandle) -> ToneMapped {
+    let exposure = tone_map::measure_exposure(frame, "exposure", gbuffer, points);
+    let direct_exposure = tone_map::measure_exposure(frame, "direct_exposure", gbuffer, direct);
     let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
     let picture = frame.graph.persistent_image("picture", info);
     let pass = frame
@@ -256,8 +256,8 @@ pub fn overlay_points(frame: &mut Frame, points: ImageHandle, direct: ImageHandl
         .bind("direct_image", direct, Access::ComputeSampled)
         .bind("points_exposure", exposure, Access::ComputeRead)
         .bind("direct_exposure", direct_exposure, Access::ComputeRead)
-        .bind("albedo_image", albedo, Access::ComputeSampled)
+        .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
         .bind("out_picture", picture, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    ToneMapped { picture, exposure }
+    ToneMapped { picture, exposure, is_exposed: true }
 }

@@ -28,7 +28,9 @@ pub struct WindowOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFeedback {
     /// Exposure, or the upper end of a view's scale.
-    pub exposure: f32,
+    pub exposure_or_scale: f32,
+    /// Which of the two it is.
+    pub is_exposed: bool,
     /// Rays of light paths and of shadow samples.
     pub rays: [u32; 2],
     /// What the technique counted.
@@ -37,6 +39,14 @@ pub struct FrameFeedback {
     pub complaint: Option<String>,
     /// The pixel asked for.
     pub inspected: Option<InspectedPixel>,
+}
+
+impl FrameFeedback {
+    /// The exposure; `None` for a view that has a scale instead.
+    #[must_use]
+    pub fn exposure(&self) -> Option<f32> {
+        self.is_exposed.then_some(self.exposure_or_scale)
+    }
 }
 
 impl Renderer {
@@ -114,7 +124,8 @@ impl Renderer {
         let inspected = parts.get(counters.end).and_then(|bytes| bytes.get(..size_of::<InspectedPixel>()));
         let technique = &self.shapes.technique;
         Some(FrameFeedback {
-            exposure: f32::from_bits(*words[0].first()?),
+            exposure_or_scale: f32::from_bits(*words[0].first()?),
+            is_exposed: self.outputs.tone_mapped.is_exposed,
             rays: [*words[1].first()?, *words[1].get(1)?],
             counts: technique.counts(&words[counters.clone()]),
             complaint: technique.complaint(&words[counters]),

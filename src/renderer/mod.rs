@@ -224,6 +224,21 @@ impl Renderer {
         Ok(texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect())
     }
 
+    /// Exposure of the last frame's picture; `None` for a view that has a scale instead.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn read_exposure(&self) -> Result<Option<f32>> {
+        let factor = self.read_exposure_or_scale()?;
+        Ok(self.outputs.tone_mapped.is_exposed.then_some(factor))
+    }
+
+    fn read_exposure_or_scale(&self) -> Result<f32> {
+        let numbers: Vec<f32> =
+            bytemuck::pod_collect_to_vec(&self.executor.read_buffer(self.outputs.tone_mapped.exposure)?);
+        Ok(numbers[0])
+    }
+
     /// Tone-mapped picture of the last frame, sRGB, RGB; a view with a scale has its legend drawn in.
     ///
     /// # Errors
@@ -231,10 +246,9 @@ impl Renderer {
     pub fn read_srgb(&self) -> Result<Vec<u8>> {
         let bytes = self.executor.read_image(self.outputs.tone_mapped.picture)?;
         let mut rgb: Vec<u8> = bytes.chunks_exact(4).flat_map(|t| [t[0], t[1], t[2]]).collect();
-        let ends: Vec<f32> =
-            bytemuck::pod_collect_to_vec(&self.executor.read_buffer(self.outputs.tone_mapped.exposure)?);
+        let end = self.read_exposure_or_scale()?;
         let shape = &self.shapes.frame;
-        if let Some((title, scale)) = views::legend_of(shape.view, self.shapes.technique.level_range(), ends[0]) {
+        if let Some((title, scale)) = views::legend_of(shape.view, self.shapes.technique.level_range(), end) {
             let mut canvas = Canvas { rgb: &mut rgb, width_px: shape.width_px, height_px: shape.height_px };
             legend::draw(&mut canvas, title, &scale);
         }

@@ -6,10 +6,10 @@ use comfy_table::{Cell, CellAlignment, Row, Table};
 use super::summary::Summary;
 use super::timings::{RayRates, RunTimes};
 
-/// Passes and frames with their median and 95th percentile, each pass's share of the frame, and the rates of rays
-/// that were traced. Plain text.
+/// Passes and frames with their median and 95th percentile, each pass's share of the frame, the rates of rays that were
+/// traced, and the exposure of the picture where it has one. Plain text.
 #[must_use]
-pub fn table(times: &RunTimes, rays: &RayRates) -> String {
+pub fn table(times: &RunTimes, rays: &RayRates, exposure: Option<f32>) -> String {
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
     table.set_header(["pass", "median ms", "p95 ms", "share"]);
@@ -23,7 +23,8 @@ pub fn table(times: &RunTimes, rays: &RayRates) -> String {
     table.add_row(row("frame (CPU clock)", &times.frame_cpu_ms, String::new()));
     let rates = [("shadow rays", rays.shadow_rays_per_s), ("VPL rays", rays.vpl_rays_per_s)]
         .map(|(name, rate)| rate.map_or_else(String::new, |rate| format!("\n{name}: {:.3} million/s", rate * 1e-6)));
-    table.trim_fmt() + &rates.concat()
+    let exposure = exposure.map_or_else(String::new, |factor| format!("\nexposure: {factor:.4}"));
+    table.trim_fmt() + &rates.concat() + &exposure
 }
 
 fn row(name: &str, ms: &Summary, share: String) -> Row {
@@ -43,7 +44,7 @@ mod tests {
     #[test]
     fn the_table_is_plain_and_complete() {
         let rates = RayRates { shadow_rays_per_s: Some(1_234_567.0), vpl_rays_per_s: None };
-        let text = table(&RunTimes::of(&two_frames()).unwrap(), &rates);
+        let text = table(&RunTimes::of(&two_frames()).unwrap(), &rates, Some(2.5));
         let expected = "\
 | pass              | median ms | p95 ms | share   |
 |-------------------|-----------|--------|---------|
@@ -52,13 +53,15 @@ mod tests {
 | sum of passes     |     5.000 |  6.000 | 100.0 % |
 | frame (GPU clock) |     5.000 |  6.000 |         |
 | frame (CPU clock) |     6.000 |  7.000 |         |
-shadow rays: 1.235 million/s";
+shadow rays: 1.235 million/s
+exposure: 2.5000";
         assert_eq!(text, expected);
     }
 
     #[test]
     fn a_clock_that_stands_still_has_no_shares() {
         let frame = super::super::FrameTimes { pass_ms: vec![("a".to_owned(), 0.0)], gpu_ms: 0.0, cpu_ms: 0.0 };
-        assert!(!table(&RunTimes::of(&[frame]).unwrap(), &RayRates::default()).contains("NaN"));
+        let text = table(&RunTimes::of(&[frame]).unwrap(), &RayRates::default(), None);
+        assert!(!text.contains("NaN") && !text.contains("exposure"));
     }
 }

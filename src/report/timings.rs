@@ -52,6 +52,8 @@ pub struct RunReport {
     pub counts: Counts,
     /// How fast rays were.
     pub rays: RayRates,
+    /// Exposure of the last frame's picture; `None` for a view that has a scale instead.
+    pub exposure: Option<f32>,
 }
 
 /// Name and version of the program.
@@ -278,6 +280,7 @@ pub(crate) mod tests {
             memory: Memory { device_bytes: 7, peak_resident_bytes: None },
             counts: Counts::from_iter([("grid_lights_per_level".to_owned(), serde_json::json!([5, 3]))]),
             rays: RayRates { shadow_rays_per_s: Some(2.5e6), vpl_rays_per_s: None },
+            exposure: Some(0.5),
         }
     }
 
@@ -330,6 +333,7 @@ pub(crate) mod tests {
         assert_eq!(json["counts"]["grid_lights_per_level"], serde_json::json!([5, 3]));
         assert_eq!(json["rays"]["shadow_rays_per_s"], 2.5e6);
         assert!(json["rays"]["vpl_rays_per_s"].is_null());
+        assert_eq!(json["exposure"], 0.5);
         assert!(json["memory"]["peak_resident_bytes"].is_null());
     }
 
@@ -337,7 +341,7 @@ pub(crate) mod tests {
     fn json_has_every_setting_even_unset_ones() {
         let json: serde_json::Value = serde_json::from_slice(&report().to_json().unwrap()).unwrap();
         let settings = json["settings"].as_object().unwrap();
-        assert_eq!(settings.len(), 46);
+        assert_eq!(settings.len(), 52);
         assert!(settings["camera"].is_null() && settings["reservoir"].is_null());
         assert_eq!(settings["clamp"], 1.0);
         assert_eq!(settings["size"], "1280x720");

@@ -7,9 +7,12 @@ use serde::{Serialize, Serializer};
 use super::group::{Validate, settings_group};
 use super::validate::{above_zero, at_least_one, has_extension, require};
 use super::values::name_or_index;
-use super::{Exposure, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, View};
+use super::{Exposure, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, ToneMap, View};
 use crate::Result;
 use crate::files::FileKind;
+
+/// Most stops of `--exposure-compensation`, up and down.
+const MOST_STOPS: f32 = 32.0;
 
 settings_group! {
     /// What is looked at, from where, and under which sun.
@@ -54,9 +57,15 @@ settings_group! {
         /// Size in pixels [default: 1280x720]
         #[arg(long, value_name = "WxH")]
         pub size: Size = Size { width: 1280, height: 720 },
-        /// Factor on the radiance in PNG pictures, above 0, or `auto` [default: auto]
+        /// Factor on the radiance in PNG pictures, above 0, or `auto`: from the picture's histogram [default: auto]
         #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true)]
         pub exposure: Exposure = Exposure::Auto,
+        /// Stops by which pictures are brighter than their exposure makes them, automatic or not, -32 to 32 [default: 0]
+        #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
+        pub exposure_compensation: f32 = 0.0,
+        /// From exposed radiance to what PNG pictures show [default: neutral]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "reinhard|agx|neutral")]
+        pub tone_map: ToneMap = ToneMap::Neutral,
     }
 }
 
@@ -177,7 +186,11 @@ impl Validate for PictureSettings {
         match self.exposure {
             Exposure::Auto => Ok(()),
             Exposure::Fixed(factor) => above_zero("exposure", factor),
-        }
+        }?;
+        let stops = self.exposure_compensation;
+        require((-MOST_STOPS..=MOST_STOPS).contains(&stops), || {
+            format!("exposure-compensation must be from -{MOST_STOPS} to {MOST_STOPS} stops, not {stops}")
+        })
     }
 }
 

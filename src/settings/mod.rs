@@ -32,7 +32,7 @@ pub use sun::SunPlace;
 pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings};
 pub use values::{
     CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir,
-    ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, View, VplImportance, name,
+    ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, ToneMap, View, VplImportance, name,
 };
 pub use window_values::{PresentMode, RenderScale};
 

@@ -3,7 +3,7 @@
 use super::{
     CenterWeight, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe,
     PresentMode, Rays, RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace,
-    Switch, Technique, View, VplImportance,
+    Switch, Technique, ToneMap, View, VplImportance,
 };
 
 /// Settings of which none is the default.
@@ -49,6 +49,8 @@ pub fn every_value_changed() -> Settings {
         s.device.max_submit_ms = 50.5;
         s.tracing.seed = u32::MAX;
         s.picture.exposure = Exposure::Fixed(0.3);
+        s.picture.exposure_compensation = -1.5;
+        s.picture.tone_map = ToneMap::Agx;
         s.render.view = View::ShadowRatio;
         s.output.picture = Some("o.exr".into());
         s.output.timings = Some("t.csv".into());

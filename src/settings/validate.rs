@@ -140,6 +140,10 @@ mod tests {
             let sentence = format!("exposure must be a finite number above 0, not {bad}");
             assert_eq!(complaint(|s| s.picture.exposure = Exposure::Fixed(bad)), sentence);
         }
+        for bad in [f32::NAN, f32::INFINITY, 32.5, -33.0] {
+            let sentence = format!("exposure-compensation must be from -32 to 32 stops, not {bad}");
+            assert_eq!(complaint(|s| s.picture.exposure_compensation = bad), sentence);
+        }
         for bad in [f32::NAN, 0.0, 0.04, 1.5] {
             let sentence = format!("render-scale must be `auto` or from 0.05 to 1, not {bad}");
             assert_eq!(complaint(|s| s.window.render_scale = RenderScale::Fixed(bad)), sentence);

@@ -236,6 +236,30 @@ pub enum ShadowFilter {
     None,
 }
 
+/// What becomes of exposed radiance on a display.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum ToneMap {
+    /// x / (1 + x) in each channel: soft and pale, never quite white.
+    Reinhard,
+    /// AgX: the contrast of film, bright colours fade to white without a change of hue.
+    Agx,
+    /// Khronos PBR Neutral: colours as they are up to near white, only highlights are compressed.
+    Neutral,
+}
+
+impl ToneMap {
+    /// The number that shaders know it by.
+    #[must_use]
+    pub fn code(self) -> u32 {
+        match self {
+            Self::Reinhard => shared::TONE_MAP_REINHARD,
+            Self::Agx => shared::TONE_MAP_AGX,
+            Self::Neutral => shared::TONE_MAP_NEUTRAL,
+        }
+    }
+}
+
 /// A picture size, written `WIDTHxHEIGHT`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {

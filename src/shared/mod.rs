@@ -83,6 +83,16 @@ shared_constants! {
     LOBE_SH1 = 2;
     /// `--lobe sh1-nonlinear`.
     LOBE_SH1_NONLINEAR = 3;
+    /// Bins of the exposure's histogram, once for surfaces and once for the background.
+    EXPOSURE_BINS = 1024;
+    /// Stops that they cover, half of them below luminance 1: limits of the automatic exposure.
+    EXPOSURE_STOPS = 64;
+    /// `--tone-map reinhard`.
+    TONE_MAP_REINHARD = 0;
+    /// `--tone-map agx`.
+    TONE_MAP_AGX = 1;
+    /// `--tone-map neutral`.
+    TONE_MAP_NEUTRAL = 2;
     /// Workgroups in a row of a dispatch that has several; one with fewer has one row.
     DISPATCH_WIDTH = 32_768;
     /// Vertices of a light volume: an icosahedron.

@@ -68,7 +68,7 @@ shared_structs! {
         pub alpha: f32,
         /// Squared distance below which lights do not grow brighter, in square metres.
         pub clamp_squared: f32,
-        /// Exposure; 0 is automatic.
+        /// Exposure without compensation; 0 is automatic.
         pub exposure: f32,
         /// Longest edge of any triangle's bounding box, in metres.
         pub largest_triangle: f32,
@@ -93,6 +93,12 @@ shared_structs! {
         /// 1 when history resources hold what the frame before left, 0 in a first frame, after a cut,
         /// and where nothing is kept.
         pub history_is_valid: u32,
+        /// Factor on whatever the exposure is: 2 to the power of the stops of compensation.
+        pub exposure_compensation: f32,
+        /// One of `TONE_MAP_*`.
+        pub tone_map: u32,
+        /// Unused.
+        pub padding: [u32; 2],
     }
 
     /// A material as traced rays see it.
@@ -269,5 +275,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 80);
+    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 96);
 };

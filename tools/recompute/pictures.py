@@ -1,4 +1,4 @@
-"""Everything by pixel: blending, lighting, shadow samples, composition, tone mapping. Stages as in `hierarchy`."""
+"""Everything by pixel: blending, lighting, shadow samples, composition. Stages as in `hierarchy`."""
 
 import numpy as np
 
@@ -160,12 +160,3 @@ def accumulate(dump, _rng, _pixels):
     found, total = dump.get("accumulate", "accumulated_mean")[..., :3], dump.get("accumulate", "accumulated_sum")
     expected = total[..., :3] / np.maximum(total[..., 3:], 1e-300)
     return found.size, worst(found, expected, magnitude(expected.reshape(-1, 3)).reshape(expected.shape))
-
-
-def tone_map(dump, _rng, _pixels):
-    radiance = dump.get(*dump.last("radiance", "accumulated_mean"))[..., :3]
-    exposed = np.maximum(radiance * float(dump.get("tone_map/measure_exposure", "exposure")[0]), 0.0)
-    value = exposed / (1.0 + exposed)
-    srgb = np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 1e-12) ** (1 / 2.4) - 0.055)
-    found = dump.get("tone_map", "picture")[..., :3]
-    return found.size, worst(found, srgb * 255.0, 255.0)

@@ -25,6 +25,8 @@ pub enum Action {
     Reset(String),
     /// Take all settings from others, but for the scene, the device and the window.
     Preset(&'static str),
+    /// Make the picture brighter by so many stops.
+    Expose(f32),
     /// Turn the sun: azimuth and elevation in degrees.
     Sun([f32; 2]),
     /// Let the sun turn by itself, degrees in a second.

@@ -14,8 +14,11 @@ const FAST: f32 = 4.0;
 /// Degrees that the sun turns in a second.
 const SUN_DEG_PER_S: f32 = 30.0;
 
+/// Stops of exposure that a key gives or takes.
+const EXPOSURE_STEP_STOPS: f32 = 0.25;
+
 /// Keys by the names that scripts have for them.
-pub const NAMES: [(&str, KeyCode); 31] = [
+pub const NAMES: [(&str, KeyCode); 33] = [
     ("w", KeyCode::KeyW),
     ("a", KeyCode::KeyA),
     ("s", KeyCode::KeyS),
@@ -31,6 +34,8 @@ pub const NAMES: [(&str, KeyCode); 31] = [
     ("right", KeyCode::ArrowRight),
     ("up", KeyCode::ArrowUp),
     ("down", KeyCode::ArrowDown),
+    ("pageup", KeyCode::PageUp),
+    ("pagedown", KeyCode::PageDown),
     ("space", KeyCode::Space),
     (".", KeyCode::Period),
     ("tab", KeyCode::Tab),
@@ -59,6 +64,8 @@ pub fn action_of(key: KeyCode) -> Option<Action> {
         KeyCode::KeyC => Some(Action::Split),
         KeyCode::KeyX => Some(Action::Swap),
         KeyCode::KeyI => Some(Action::Inspect),
+        KeyCode::PageUp => Some(Action::Expose(EXPOSURE_STEP_STOPS)),
+        KeyCode::PageDown => Some(Action::Expose(-EXPOSURE_STEP_STOPS)),
         KeyCode::F5 => Some(Action::Reload),
         KeyCode::F6 => Some(Action::Screenshot(None)),
         KeyCode::F11 => Some(Action::Fullscreen),
@@ -149,5 +156,11 @@ mod tests {
         assert_eq!(action_of(KeyCode::Digit1), Some(Action::Camera(0)));
         assert_eq!(action_of(KeyCode::Digit9), Some(Action::Camera(8)));
         assert_eq!(action_of(KeyCode::KeyW), None);
+    }
+
+    #[test]
+    fn page_keys_expose() {
+        assert_eq!(action_of(KeyCode::PageUp), Some(Action::Expose(0.25)));
+        assert_eq!(action_of(KeyCode::PageDown), Some(Action::Expose(-0.25)));
     }
 }

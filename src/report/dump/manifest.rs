@@ -136,6 +136,8 @@ pub fn frame_constants(data: &FrameData) -> Value {
         "alpha": data.alpha,
         "clamp_squared": data.clamp_squared,
         "exposure": data.exposure,
+        "exposure_compensation": data.exposure_compensation,
+        "tone_map": data.tone_map,
         "largest_triangle": data.largest_triangle,
     })
 }

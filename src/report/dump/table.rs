@@ -63,6 +63,18 @@ pub const TABLE: &[Entry] = &[
     image("level_mix", "1", RGBA, "The colour of each pixel in the view of the level weights."),
     buffer("view_scale", "those of the view", one_float, "The number at the upper end of a view's colour scale."),
     buffer(
+        "direct_exposure_histogram",
+        COUNT,
+        all_words,
+        "The histogram of the direct light under the points of a view, as that of the exposure.",
+    ),
+    buffer(
+        "exposure_histogram",
+        COUNT,
+        all_words,
+        "Pixels by luminance in 1024 equal steps of log2 from -32 to 32: of surfaces, then of what is behind them.",
+    ),
+    buffer(
         "direct_exposure",
         "1 / radiance",
         one_float,

@@ -67,7 +67,7 @@ fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) 
         _ => debug_view::show_surface(frame, gbuffer, SurfaceView::Indirect(lit.composite.lighting)),
     };
     let picture = match view {
-        View::Indirect => tone_map::add(frame, values),
+        View::Indirect => tone_map::add(frame, gbuffer, values),
         _ => debug_view::colorize(frame, view, values),
     };
     shown(shape, values, picture, &hierarchy)

@@ -25,7 +25,7 @@ fn level_color(level: u32) -> Color32 {
 /// Title and scale of a side's view, when it has one.
 pub fn of(side: &SideFacts<'_>) -> Option<(&'static str, Scale)> {
     let (shapes, feedback) = (side.shapes?, side.feedback?);
-    views::legend_of(shapes.frame.view, shapes.technique.level_range(), feedback.exposure)
+    views::legend_of(shapes.frame.view, shapes.technique.level_range(), feedback.exposure_or_scale)
 }
 
 /// Shows the legend of a side's view, when it has one.

@@ -1,6 +1,7 @@
 //! The panel: egui over the picture.
 
 mod compare;
+mod exposure;
 pub mod facts;
 pub mod history;
 mod inspector;
@@ -221,6 +222,7 @@ impl Panel {
             }
         });
         sun(ui, facts, actions);
+        exposure::show(ui, facts, actions);
         if facts.cameras.len() > 1 {
             ui.horizontal_wrapped(|ui| {
                 ui.label("Camera");

@@ -38,6 +38,12 @@ impl Session {
                 let changed = self.settings.with_default(&key);
                 self.change(changed)?;
             }
+            Action::Expose(stops) => {
+                let stops = self.settings.picture.exposure_compensation + stops;
+                let changed = self.settings.with("exposure-compensation", &stops.to_string());
+                self.change(changed)?;
+                self.panel.say(format!("exposure {stops:+} stops"));
+            }
             Action::Preset(name) => self.change(Ok(presets::apply(name, &self.settings, &self.defaults)))?,
             Action::Sun(turn) => self.turn_sun(turn),
             Action::SunSpeed(speed) => self.sun_speed = speed,

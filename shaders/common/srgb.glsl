@@ -1,4 +1,4 @@
-// From linear radiance to what a display shows.
+// The encoding of sRGB.
 
 vec3 srgb_encode(vec3 linear) {
     vec3 low = 12.92 * linear;
@@ -10,10 +10,4 @@ vec3 srgb_encode(vec3 linear) {
 vec3 srgb_decode(vec3 encoded) {
     vec3 high = pow((encoded + 0.055) / 1.055, vec3(2.4));
     return mix(high, encoded / 12.92, lessThanEqual(encoded, vec3(0.04045)));
-}
-
-// Exposure and Reinhard per channel, sRGB-encoded.
-vec3 tone_mapped(vec3 radiance, float exposure_factor) {
-    vec3 exposed = max(radiance * exposure_factor, vec3(0.0));
-    return srgb_encode(exposed / (1.0 + exposed));
 }

@@ -33,6 +33,12 @@ impl<'a> Job<'a> {
         Self { gpu, scene, camera, settings }
     }
 
+    /// Whether anything comes from the environment.
+    #[must_use]
+    pub fn has_environment(&self) -> bool {
+        self.scene.environment_cells[0] > 0 && self.settings.environment.scale > 0.0
+    }
+
     /// The frame's constants, without those of a technique.
     #[must_use]
     pub fn frame_data(&self) -> FrameData {
@@ -48,8 +54,9 @@ impl<'a> Job<'a> {
             Exposure::Fixed(factor) => factor,
         };
         let environment = &settings.environment;
-        // Nothing is drawn from what is scaled to nothing.
-        let environment_cells = if environment.scale > 0.0 { scene.environment_cells } else { [0; 2] };
+        let environment_cells = if self.has_environment() { scene.environment_cells } else { [0; 2] };
+        let environment_flux = f64::from(environment.scale) * scene.environment_flux;
+        let all_flux = scene.light_flux + environment_flux;
         FrameData {
             clip_from_world: view.clip_from_world.to_cols_array_2d(),
             eye_ws: view.eye_ws.to_array(),
@@ -69,6 +76,7 @@ impl<'a> Job<'a> {
             first_point_light: scene.first_point_light,
             environment_cells,
             environment_scale: environment.scale * scene.environment_scale,
+            environment_share: if environment_flux > 0.0 { (environment_flux / all_flux) as f32 } else { 0.0 },
             environment_turn: environment.turn_deg / 360.0,
             exposure,
             exposure_compensation: settings.picture.exposure_compensation.exp2(),

@@ -23,6 +23,9 @@ pub struct UploadedScene {
     pub(crate) has_structures: bool,
     /// Cells of the environment's table; 0 where nothing comes from the environment.
     pub(crate) environment_cells: [u32; 2],
+    /// Flux (luminance) of the lights, and of the environment into the scene's bounding sphere.
+    pub(crate) light_flux: f64,
+    pub(crate) environment_flux: f64,
     /// Radiance over what the environment's image holds.
     pub(crate) environment_scale: f32,
     /// Directional and spot lights, as uploaded.
@@ -70,8 +73,16 @@ impl UploadedScene {
         check_rays(gpu, rays)?;
         let ReadyScene { bvh, prepared } = ready;
         bvh.check_depth()?;
-        let PreparedScene { materials, lights, first_point_light, environment, albedo, textures, material_textures } =
-            prepared;
+        let PreparedScene {
+            materials,
+            lights,
+            first_point_light,
+            light_flux,
+            environment,
+            albedo,
+            textures,
+            material_textures,
+        } = prepared;
         let query = (rays == Rays::Query).then(|| QueryGeometry::new(scene, &bvh.triangles));
         let data = SceneData {
             query: query.as_ref(),
@@ -90,6 +101,7 @@ impl UploadedScene {
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
         let other_lights = lights[..*first_point_light as usize].to_vec();
+        let radius = f64::from(scene.bounds.radius());
         let (first_point_light, light_count) = (*first_point_light, lights.len() as u32);
         Ok(Self {
             set,
@@ -100,6 +112,8 @@ impl UploadedScene {
             has_structures: query.is_some(),
             environment_cells: environment.cells,
             environment_scale: environment.scale,
+            light_flux: *light_flux,
+            environment_flux: environment.scalar_irradiance * std::f64::consts::PI * radius * radius,
             other_lights,
         })
     }

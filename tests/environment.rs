@@ -15,7 +15,7 @@ use gridlight::passes::{Frame, FrameShape, shader, threads};
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::Scene;
 use gridlight::scene::testing::{diffuse, plane, scene_from_quads};
-use gridlight::settings::{Settings, Size, Switch, Technique};
+use gridlight::settings::{Settings, ShadowFilter, Size, Switch, Technique};
 
 /// Numbers of one draw (`tests/sample_environment.comp.glsl`).
 type Draw = [f32; 12];
@@ -208,6 +208,32 @@ fn a_mean_of_direct_light_is_what_paths_without_bounces_find() {
     close(direct, paths, 0.01, "direct light").unwrap();
     let bounced = mean(&render(&corner(), &settings(Technique::PathTrace)));
     close(bounced, paths, 0.01, "light with bounces").unwrap_err();
+}
+
+#[test]
+fn light_paths_from_the_environment_bring_what_paths_from_the_camera_find() {
+    for with_sun in [false, true] {
+        let mut scene = corner();
+        if with_sun {
+            scene.lights = plane(1.0).lights;
+        }
+        let indirect = |technique: Technique| {
+            let settings = settings(technique).changed(|s| {
+                s.render.direct = Switch::Off;
+                s.many_lights.vpls = 20_000;
+                s.many_lights.clamp = 0.0;
+                s.path_trace.samples = 256;
+                s.lgh.filter = ShadowFilter::None;
+                s.lgh.alpha = 2.0;
+            });
+            mean(&render(&scene, &settings))
+        };
+        let paths = indirect(Technique::PathTrace);
+        close(indirect(Technique::BruteForce), paths, 0.02, "every light").unwrap();
+        // As in rooms (tests/references.rs), coarse lights are nearer than what they stand for.
+        close(indirect(Technique::Lgh), paths, 0.05, "the hierarchy").unwrap();
+        close(0.94 * paths, paths, 0.05, "less").unwrap_err();
+    }
 }
 
 #[test]

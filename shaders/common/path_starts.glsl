@@ -1,5 +1,6 @@
-// Where light paths start: two numbers of a light say from where and in which direction, and back. Needs frame.glsl,
-// random.glsl, scene.glsl.
+// Where light paths start: one number says from which light, two from where and in which direction, and back. The
+// environment comes after the lights of the scene, with its share of the paths; its two numbers say from which direction.
+// Needs frame.glsl, random.glsl, scene.glsl, punctual.glsl, environment.glsl.
 
 struct Emission {
     vec3 origin;
@@ -7,19 +8,45 @@ struct Emission {
     vec3 flux;
 };
 
+// Share of the paths that start at lights of the scene.
+float lamp_share() { return 1.0 - frame.environment_share; }
+
+bool is_environment(float position) { return frame.environment_share > 0.0 && position >= lamp_share(); }
+
+// The light of the scene at a position in the order of all.
+PunctualLight lamp_at(float position) {
+    return punctual_lights[light_at_share(position / lamp_share())];
+}
+
+// Probability of the paths that start at a light of the scene.
+float lamp_probability(PunctualLight light) { return light.path_probability * lamp_share(); }
+
+// A path from far away in a direction, one of so many, its origin uniform over the disc that covers the scene's bounding
+// sphere.
+Emission emit_through_scene(vec3 direction, vec3 irradiance, float paths, vec2 u) {
+    vec3 t, b;
+    tangent_frame(direction, t, b);
+    float radius = scene_radius() * sqrt(u.x);
+    float angle = 2.0 * PI * u.y;
+    vec3 on_disc = radius * (cos(angle) * t + sin(angle) * b);
+    vec3 origin = frame.scene_center_ws + on_disc - direction * (2.0 * scene_radius());
+    float area = PI * scene_radius() * scene_radius();
+    return Emission(origin, direction, irradiance * area / paths);
+}
+
+// A path from the environment for u, and two further numbers for where it crosses the scene.
+Emission emit_from_environment(vec2 u, vec2 on_disc) {
+    EnvironmentSample drawn = sample_environment(u);
+    float paths = max(frame.environment_share * float(frame.path_count), 1e-20);
+    vec3 irradiance = environment_radiance(drawn.direction) / max(drawn.density, 1e-20);
+    return emit_through_scene(-drawn.direction, irradiance, paths, on_disc);
+}
+
 // Start of a path for u in the unit square; its flux is the light's flux over the expected number of its paths.
 Emission emit_path(PunctualLight light, vec2 u) {
-    float paths = max(light.path_probability * float(frame.path_count), 1e-20);
+    float paths = max(lamp_probability(light) * float(frame.path_count), 1e-20);
     if (light.kind == LIGHT_DIRECTIONAL) {
-        // Uniform over the disc that covers the scene's bounding sphere.
-        vec3 t, b;
-        tangent_frame(light.direction_ws, t, b);
-        float radius = scene_radius() * sqrt(u.x);
-        float angle = 2.0 * PI * u.y;
-        vec3 on_disc = radius * (cos(angle) * t + sin(angle) * b);
-        vec3 origin = frame.scene_center_ws + on_disc - light.direction_ws * (2.0 * scene_radius());
-        float area = PI * scene_radius() * scene_radius();
-        return Emission(origin, light.direction_ws, light.intensity * area / paths);
+        return emit_through_scene(light.direction_ws, light.intensity, paths, u);
     }
     if (light.kind == LIGHT_POINT) {
         return Emission(light.position_ws, sphere_direction(u), light.intensity * 4.0 * PI / paths);

@@ -1,6 +1,6 @@
 // Where light paths would have to start that light what the camera sees. One thread per path from the camera: through a point
-// of the picture, then by cosine-distributed diffuse bounces; at every vertex the light of one lamp, and the start of the
-// light path that would bring it. Light is the same in both directions, so that the starts, each weighted by its light, lie
+// of the picture, then by cosine-distributed diffuse bounces; at every vertex the light of one lamp or from one direction of
+// the environment, and the start of the light path that would bring it. Light is the same in both directions, so that the starts, each weighted by its light, lie
 // as densely as light paths should.
 #include "common/frame.glsl"
 #include "common/random.glsl"
@@ -8,6 +8,7 @@
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
+#include "common/environment.glsl"
 #include "common/path_starts.glsl"
 #include "common/dispatch.glsl"
 
@@ -26,12 +27,31 @@ vec3 view_direction(uint part, inout uint random_state) {
     return normalize(frame.forward_ws + at.x * frame.right_ws - at.y * frame.up_ws);
 }
 
-// What one lamp, picked by its share of the power, sends to the surface, and the start of its path.
+// What the environment sends to the surface from one direction, drawn by its light or by the cosine, and its two numbers.
+vec3 sample_environment_start(HitSurface surface, vec3 origin, inout uint random_state, out vec2 numbers) {
+    vec2 u = vec2(random(random_state), random(random_state));
+    bool by_light = random(random_state) < 0.5;
+    vec3 direction = by_light ? sample_environment(u).direction : cosine_direction(surface.normal, u);
+    numbers = environment_numbers(direction);
+    float cosine = dot(direction, surface.normal);
+    if (cosine <= 0.0 || dot(direction, surface.geometric) <= 0.0 || !is_open(origin, direction)) {
+        return vec3(0.0);
+    }
+    return environment_radiance(direction) * cosine / (0.5 * (environment_density(direction) + cosine / PI));
+}
+
+// What one light, picked by its share of the power, sends to the surface, and the start of its path.
 StartSample sample_start(HitSurface surface, vec3 origin, vec3 throughput, inout uint random_state) {
     float position = random(random_state);
-    PunctualLight light = punctual_lights[light_at_share(position)];
+    if (is_environment(position)) {
+        vec2 numbers;
+        vec3 irradiance = sample_environment_start(surface, origin, random_state, numbers);
+        vec3 received = throughput / PI * irradiance / frame.environment_share;
+        return StartSample(vec3(position, numbers), luminance(received));
+    }
+    PunctualLight light = lamp_at(position);
     vec3 irradiance = irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin);
-    vec3 received = throughput / PI * irradiance / max(light.path_probability, 1e-20);
+    vec3 received = throughput / PI * irradiance / max(lamp_probability(light), 1e-20);
     return StartSample(vec3(position, start_through(light, surface.position_ws)), luminance(received));
 }
 

@@ -1,4 +1,4 @@
-// Light paths from suns, spots and points; a VPL at every diffuse hit. One thread per path; path p writes VPL b
+// Light paths from suns, spots, points and the environment; a VPL at every diffuse hit. One thread per path; path p writes VPL b
 // to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling.
 // Three numbers between 0 and 1 say where a path starts: the light, and two for it. They are drawn from cells, each with
 // its share of the paths, and what a path carries is divided by the density of its cell.
@@ -8,6 +8,7 @@
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
+#include "common/environment.glsl"
 #include "common/dispatch.glsl"
 
 layout(local_size_x = 64) in;
@@ -45,7 +46,12 @@ void main() {
     StartCell cell = start_cell(share);
     vec3 numbers = vec3(clamp((share - cell.first) / cell.share, 0.0, 1.0), r2_sequence(path, frame_seed()));
     vec3 start = cell.low + cell.size * numbers;
-    Emission emission = emit_path(punctual_lights[light_at_share(start.x)], start.yz);
+    Emission emission;
+    if (is_environment(start.x)) {
+        emission = emit_from_environment(start.yz, vec2(random(random_state), random(random_state)));
+    } else {
+        emission = emit_path(lamp_at(start.x), start.yz);
+    }
     vec3 origin = emission.origin;
     vec3 direction = emission.direction;
     vec3 flux = emission.flux * (cell.size.x * cell.size.y * cell.size.z / cell.share);

@@ -1,8 +1,9 @@
 //! What the GPU needs of an environment, as plain data. The upload itself is in `gpu::SceneSet`.
 
+use glam::Vec3;
 use half::f16;
 
-use super::{Environment, SamplingTable};
+use super::{Environment, SamplingTable, luminance};
 
 /// The largest number that is stored, half of what half floats end at.
 const LARGEST_STORED: f32 = 32_768.0;
@@ -16,6 +17,8 @@ pub struct PreparedEnvironment {
     pub texels: Vec<[u16; 4]>,
     /// Radiance over what is stored, a power of two.
     pub scale: f32,
+    /// Integral of the image's radiance (luminance) over all directions.
+    pub scalar_irradiance: f64,
     /// Cells in a row of the table, and rows; 0 where nothing comes from the environment.
     pub cells: [u32; 2],
     /// [`SamplingTable::sums`].
@@ -28,7 +31,14 @@ impl PreparedEnvironment {
     pub fn new(environment: Option<&Environment>) -> Self {
         let lit = environment.filter(|found| found.radiance.iter().flatten().any(|value| *value > 0.0));
         let Some(environment) = lit else {
-            return Self { size_px: [1; 2], texels: vec![[0; 4]], scale: 0.0, cells: [0; 2], table: vec![0.0] };
+            return Self {
+                size_px: [1; 2],
+                texels: vec![[0; 4]],
+                scale: 0.0,
+                scalar_irradiance: 0.0,
+                cells: [0; 2],
+                table: vec![0.0],
+            };
         };
         let largest = environment.radiance.iter().flatten().fold(0.0_f32, |largest, value| largest.max(*value));
         // Small numbers keep their digits too, so that only the largest decides.
@@ -36,7 +46,9 @@ impl PreparedEnvironment {
         let stored = |value: f32| f16::from_f32(value / scale).to_bits();
         let texels = environment.radiance.iter().map(|[r, g, b]| [stored(*r), stored(*g), stored(*b), 0]).collect();
         let SamplingTable { size: cells, sums: table } = SamplingTable::new(environment);
-        Self { size_px: environment.size, texels, scale, cells, table }
+        let suns: Vec3 = environment.suns.iter().map(|sun| sun.irradiance).sum();
+        let scalar_irradiance = luminance((environment.scalar_irradiance() - suns).to_array());
+        Self { size_px: environment.size, texels, scale, scalar_irradiance, cells, table }
     }
 }
 

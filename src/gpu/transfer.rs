@@ -110,6 +110,9 @@ pub(super) fn upload_raw(gpu: &Arc<Device>, target: vk::Buffer, bytes: &[u8]) ->
     Ok(())
 }
 
+/// Every storage buffer holds at least so much.
+const LEAST_BYTES: usize = 64;
+
 /// A storage buffer of the scene with these contents.
 ///
 /// # Errors
@@ -130,8 +133,13 @@ pub(super) fn storage_buffer(
     }
     // Any of them may be read back for a dump.
     let usage = usage | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
-    let buffer = Buffer::new(gpu, name, bytes.len().max(64) as u64, usage)?;
-    upload_buffer(gpu, &buffer, bytes)?;
+    let buffer = Buffer::new(gpu, name, bytes.len().max(LEAST_BYTES) as u64, usage)?;
+    if bytes.len() < LEAST_BYTES {
+        // The rest reads as zeros: a scene without lights has one that is black.
+        upload_buffer(gpu, &buffer, &[bytes, &[0; LEAST_BYTES][bytes.len()..]].concat())?;
+    } else {
+        upload_buffer(gpu, &buffer, bytes)?;
+    }
     Ok(buffer)
 }
 

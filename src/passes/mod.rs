@@ -80,11 +80,10 @@ impl FrameShape {
     pub fn new(job: &Job<'_>) -> Self {
         let settings = job.settings;
         let samples = settings.environment.samples;
-        let has_light = job.scene.environment_cells[0] > 0 && settings.environment.scale > 0.0 && samples > 0;
         // A mean has many samples of its own, and keeps edges that the filter would blur.
         let is_filtered = settings.render.accumulate == 1 && settings.lgh.filter != ShadowFilter::None;
         Self {
-            environment: has_light.then_some(EnvironmentShape { samples, is_filtered }),
+            environment: (job.has_environment() && samples > 0).then_some(EnvironmentShape { samples, is_filtered }),
             width_px: settings.picture.size.width,
             height_px: settings.picture.size.height,
             direct: settings.render.direct.is_on(),

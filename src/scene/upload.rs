@@ -19,6 +19,8 @@ pub struct PreparedScene {
     pub lights: Vec<PunctualLight>,
     /// Lights before the first point light.
     pub first_point_light: u32,
+    /// Flux (luminance) of all lights together.
+    pub light_flux: f64,
     /// Light from all around.
     pub environment: PreparedEnvironment,
     /// Small base-colour textures for traced rays.
@@ -58,12 +60,13 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
         albedo.size_px = 1;
         albedo.layers.push(vec![255; 4]);
     }
-    let lights = lights(&scene.lights, scene.bounds.radius());
+    let (lights, light_flux) = lights(&scene.lights, scene.bounds.radius());
     let first_point_light = lights.iter().take_while(|l| l.kind != LIGHT_POINT).count() as u32;
     PreparedScene {
         materials,
         lights,
         first_point_light,
+        light_flux,
         environment: PreparedEnvironment::new(scene.environment.as_deref()),
         albedo,
         textures: textures(scene),
@@ -80,8 +83,9 @@ fn textures(scene: &Scene) -> Vec<(bool, MipChain)> {
     jobs.iter().map(|(_, srgb)| *srgb).zip(mips).collect()
 }
 
-/// Lights in upload order, with the share of light paths that start at each: proportional to its flux.
-fn lights(lights: &[Light], scene_radius: f32) -> Vec<PunctualLight> {
+/// Lights in upload order, with the share of their light paths that start at each: proportional to its flux. And the flux of
+/// all.
+fn lights(lights: &[Light], scene_radius: f32) -> (Vec<PunctualLight>, f64) {
     let mut list: Vec<(PunctualLight, f64)> = lights.iter().map(|light| punctual(light, scene_radius)).collect();
     list.sort_by_key(|(light, _)| u32::from(light.kind == LIGHT_POINT));
     let total: f64 = list.iter().map(|(_, flux)| flux).sum();
@@ -96,7 +100,7 @@ fn lights(lights: &[Light], scene_radius: f32) -> Vec<PunctualLight> {
     if let Some((last, _)) = list.last_mut() {
         last.path_cdf = f32::MAX;
     }
-    list.into_iter().map(|(light, _)| light).collect()
+    (list.into_iter().map(|(light, _)| light).collect(), total)
 }
 
 /// A light as shaders read it, and its flux (luminance).
@@ -136,7 +140,7 @@ mod tests {
     fn point_lights_come_last_and_shares_add_up() {
         let point = |i: f32| Light::Point { position_ws: Vec3::ZERO, intensity: Vec3::splat(i) };
         let sun = Light::Directional { direction_ws: Vec3::NEG_Y, irradiance: Vec3::splat(4.0) };
-        let list = lights(&[point(1.0), sun, point(3.0)], 1.0);
+        let (list, flux) = lights(&[point(1.0), sun, point(3.0)], 1.0);
         assert_eq!(list[0].kind, LIGHT_DIRECTIONAL);
         // Fluxes 4 pi r^2 = 4 pi, 4 pi and 12 pi.
         let shares: Vec<f32> = list.iter().map(|l| l.path_probability).collect();
@@ -144,5 +148,6 @@ mod tests {
             assert!((share - expected).abs() < 1e-6, "{shares:?}");
         }
         assert!((list[1].path_cdf - 0.4).abs() < 1e-6);
+        assert!((flux / (20.0 * std::f64::consts::PI) - 1.0).abs() < 1e-6);
     }
 }

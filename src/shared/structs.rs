@@ -97,8 +97,10 @@ shared_structs! {
         pub exposure_compensation: f32,
         /// One of `TONE_MAP_*`.
         pub tone_map: u32,
+        /// Share of the light paths that start at the environment.
+        pub environment_share: f32,
         /// Unused.
-        pub padding: [u32; 2],
+        pub padding: u32,
     }
 
     /// A material as traced rays see it.

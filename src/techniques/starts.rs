@@ -17,11 +17,12 @@ const WORTH_CHOOSING: f64 = 8.0;
 /// Where paths start, learnt for a camera; `None` where as many start everywhere.
 pub(super) fn learn_starts(job: &Job<'_>) -> Result<Option<StartDensity>> {
     let settings = &job.settings.many_lights;
-    if settings.vpl_importance == VplImportance::None || job.scene.light_count == 0 {
+    let lights = job.scene.light_count + u32::from(job.has_environment());
+    if settings.vpl_importance == VplImportance::None || lights == 0 {
         return Ok(None);
     }
     let samples = find_starts(job, settings.bounces)?;
-    let Some(learnt) = light_paths::learn(&samples, settings.bounces, job.scene.light_count == 1) else {
+    let Some(learnt) = light_paths::learn(&samples, settings.bounces, lights == 1) else {
         return Ok(None);
     };
     let Learnt { density, concentration } = learnt;

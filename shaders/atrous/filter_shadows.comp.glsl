@@ -37,10 +37,10 @@ const float NOISE_SIGMA = 3.0;
 const float MAX_OUTLIER = 64.0;
 // Weight of neighbours on the same surface (all of them weigh 0.86) below which others count too, and the distance,
 // in pixels' footprints per step, within which they do.
-const float MIN_SUPPORT = 0.15;
+const float MIN_SUPPORT = 0.4;
 const float NEARNESS_SIGMA = 4.0;
-// Wider steps would carry light across whole features.
-const int LAST_RELAXED_STEP = 2;
+// The widest step would carry light across whole features.
+const int LAST_RELAXED_STEP = 8;
 
 struct Estimate {
     vec3 shadowed;
@@ -178,14 +178,15 @@ void main() {
             float weight = tap * power_of_32(max(dot(normal, normal_p), 0.0));
             weight *= exp(-abs(dot(offset, normal)) * plane_scale);
             alike += weight;
-            add(strict, estimate, difference, weight * likeness(difference, center.deviation + estimate.deviation));
+            float same_light = likeness(difference, center.deviation + estimate.deviation);
+            add(strict, estimate, difference, weight * same_light);
             if (step_px <= LAST_RELAXED_STEP) {
-                add(relaxed, estimate, difference, tap * exp(-dot(offset, offset) * nearness_scale));
+                add(relaxed, estimate, difference, tap * same_light * exp(-dot(offset, offset) * nearness_scale));
             }
         }
     }
-    // A pixel whose surface no neighbour shares (thin joints, leaves) would keep the noise of its few samples: the
-    // fewer are alike, the more it takes from whatever is near.
+    // A pixel whose surface few neighbours share (thin joints, skirtings, leaves) would keep the noise of its few samples:
+    // the fewer are alike, the more it takes from whatever is near and may well have the same light.
     float support = alike - KERNEL[0] * KERNEL[0];
     float lack = step_px <= LAST_RELAXED_STEP ? clamp(1.0 - support / MIN_SUPPORT, 0.0, 1.0) : 0.0;
     Sums sums = plus(strict, relaxed, lack);

@@ -14,8 +14,8 @@ use gridlight::graph::Access;
 use gridlight::passes::{Frame, FrameShape, shader, threads};
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::Scene;
-use gridlight::scene::testing::{diffuse, plane, scene_from_quads};
-use gridlight::settings::{Settings, ShadowFilter, Size, Switch, Technique};
+use gridlight::scene::testing::{box_room, diffuse, plane, scene_from_quads};
+use gridlight::settings::{Settings, ShadowFilter, Size, Switch, Technique, View};
 
 /// Numbers of one draw (`tests/sample_environment.comp.glsl`).
 type Draw = [f32; 12];
@@ -234,6 +234,22 @@ fn light_paths_from_the_environment_bring_what_paths_from_the_camera_find() {
         close(indirect(Technique::Lgh), paths, 0.05, "the hierarchy").unwrap();
         close(0.94 * paths, paths, 0.05, "less").unwrap_err();
     }
+}
+
+#[test]
+fn the_view_of_visibility_tells_what_is_in_the_way() {
+    let visible = |scene: Scene| {
+        let settings = settings(Technique::Lgh).changed(|s| s.render.view = View::EnvironmentVisibility);
+        render(&under(scene, Environment::uniform([1.0; 3])), &settings)
+    };
+    let (background, body): (Vec<Vec3>, Vec<Vec3>) = visible(ball(0.5)).into_iter().partition(|p| p.y == 0.0);
+    assert!(background.len() > 800 && body.len() > 600, "{} {}", background.len(), body.len());
+    check_pixels(&body.iter().map(|p| p.x).collect::<Vec<_>>(), 1.0, 1e-3, 1e-3).unwrap();
+    let mut room = box_room(4.0, Vec3::splat(0.5));
+    room.cameras = vec![camera(Vec3::new(0.0, 0.2, 1.5), Vec3::NEG_Z, 1.2)];
+    assert!(visible(room).iter().all(|p| p.x == 0.0 && p.y > 0.0));
+    let corner: Vec<Vec3> = visible(corner()).into_iter().filter(|p| p.y > 0.0).collect();
+    assert!(corner.iter().any(|p| p.x > 0.0 && p.x < 1.0), "a wall hides a part");
 }
 
 #[test]

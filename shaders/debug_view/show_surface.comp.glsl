@@ -12,17 +12,26 @@ const uint NORMAL = 1u;
 const uint DEPTH = 2u;
 const uint INDIRECT = 3u;
 const uint SHADOW_RATIO = 4u;
+const uint ENVIRONMENT_VISIBILITY = 5u;
 layout(constant_id = 0) const uint SHOWN = ALBEDO;
 
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform texture2D albedo_image;
 layout(set = 0, binding = 3) uniform utexture2D normals_image;
-// INDIRECT: lighting per unit albedo. SHADOW_RATIO: the lighting, S and U.
+// INDIRECT: lighting per unit albedo. SHADOW_RATIO: the lighting, S and U. ENVIRONMENT_VISIBILITY: S and U.
 layout(set = 0, binding = 4) uniform texture2D indirect_image;
 layout(set = 0, binding = 5) uniform texture2D shadowed_image;
 layout(set = 0, binding = 6) uniform texture2D unshadowed_image;
 layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_values;
 #include "compose/shadow_ratio.glsl"
+
+// S / U, then U and S, as luminances; without a value where nothing would come even without shadow.
+vec4 environment_visibility(ivec2 p) {
+    float shadowed = luminance(texelFetch(shadowed_image, p, 0).rgb);
+    float unshadowed = luminance(texelFetch(unshadowed_image, p, 0).rgb);
+    float visible = shadowed / max(unshadowed, 1e-30);
+    return unshadowed > 0.0 ? vec4(visible, unshadowed, shadowed, visible) : vec4(0.0, 0.0, 0.0, -1.0);
+}
 
 vec4 shown(ivec2 p, float depth) {
     switch (SHOWN) {
@@ -34,6 +43,8 @@ vec4 shown(ivec2 p, float depth) {
         return vec4(texelFetch(albedo_image, p, 0).rgb * texelFetch(indirect_image, p, 0).rgb, 0.0);
     case SHADOW_RATIO:
         return shadow_ratio(p);
+    case ENVIRONMENT_VISIBILITY:
+        return environment_visibility(p);
     default:
         return vec4(texelFetch(albedo_image, p, 0).rgb, 0.0);
     }

@@ -9,7 +9,7 @@ use crate::passes::direct_light::EnvironmentLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::inspect::{self, InspectorInputs};
 use crate::passes::tone_map::{self, ToneMapped};
-use crate::passes::{Frame, accumulate, compose, direct_light, gbuffer};
+use crate::passes::{Frame, accumulate, compose, direct_light, environment_light, gbuffer};
 use crate::settings::View;
 use crate::techniques::{AddedView, Shapes, TechniqueOutputs};
 
@@ -68,6 +68,7 @@ fn add_view(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> Option<Add
         View::Normal => Some(surface(frame, gbuffer, SurfaceView::Normal)),
         View::Depth => Some(surface(frame, gbuffer, SurfaceView::Depth)),
         View::Direct => Some(direct(frame, gbuffer)),
+        View::EnvironmentVisibility => Some(environment_visibility(frame, gbuffer)),
         view => shapes.technique.add_view(frame, gbuffer, view),
     }
 }
@@ -83,6 +84,12 @@ fn surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) -> AddedVie
     let values = debug_view::show_surface(frame, gbuffer, shown);
     let picture = debug_view::colorize(frame, frame.shape.view, values);
     AddedView { values, picture, outputs: TechniqueOutputs::default() }
+}
+
+fn environment_visibility(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {
+    let samples = frame.shape.environment.map_or(0, |shape| shape.samples);
+    let estimates = environment_light::trace(frame, gbuffer, samples);
+    surface(frame, gbuffer, SurfaceView::EnvironmentVisibility(estimates))
 }
 
 fn direct(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {

@@ -34,6 +34,8 @@ pub enum SurfaceView {
     Depth,
     /// Albedo times this lighting.
     Indirect(ImageHandle),
+    /// S / U of the environment's light.
+    EnvironmentVisibility(super::shadow_rays::ShadowEstimates),
     /// S / U of this lighting.
     ShadowRatio(ImageHandle, super::shadow_rays::ShadowEstimates),
 }
@@ -65,6 +67,7 @@ pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) ->
         SurfaceView::Normal => (1, [unused; 3]),
         SurfaceView::Depth => (2, [unused; 3]),
         SurfaceView::Indirect(lighting) => (3, [lighting, unused, unused]),
+        SurfaceView::EnvironmentVisibility(estimates) => (5, [unused, estimates.shadowed, estimates.unshadowed]),
         SurfaceView::ShadowRatio(lighting, estimates) => (4, [lighting, estimates.shadowed, estimates.unshadowed]),
     };
     let work =

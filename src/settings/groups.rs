@@ -73,7 +73,7 @@ settings_group! {
     /// What the picture shows, and which technique renders it.
     #[command(next_help_heading = "Method")]
     pub struct RenderSettings: Technique {
-        /// What the picture shows: final, albedo, normal, depth, direct, indirect, shadow-ratio, shadow-ratio-filtered,
+        /// What the picture shows: final, albedo, normal, depth, direct, environment-visibility, indirect, shadow-ratio, shadow-ratio-filtered,
         /// selected-level, lights-tested, light-count, level-weights or vpls [default: final]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]
         pub view: View = View::Final,

@@ -96,6 +96,8 @@ pub enum View {
     Depth,
     /// Direct light.
     Direct,
+    /// How much of the environment's light reaches the surface.
+    EnvironmentVisibility,
     /// Indirect light without shadows.
     Indirect,
     /// Shadow ratio before the filter.

@@ -28,7 +28,7 @@ pub(super) const CAPACITY_MARGIN: f64 = 1.25;
 
 /// Whether a view, or the finished picture, needs the lights S0.
 pub(super) fn needs_lights(view: View) -> bool {
-    !matches!(view, View::Albedo | View::Normal | View::Depth | View::Direct)
+    !matches!(view, View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility)
 }
 
 /// Point lights of the scene that are among the lights S0.

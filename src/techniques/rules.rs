@@ -27,7 +27,7 @@ pub fn check_with(technique: &dyn Technique, settings: &Settings) -> Result<()> 
 
 /// Whether a view shows what every frame has.
 fn is_of_every_frame(view: View) -> bool {
-    matches!(view, View::Final | View::Albedo | View::Normal | View::Depth | View::Direct)
+    matches!(view, View::Final | View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility)
 }
 
 fn has(technique: &dyn Technique, view: View) -> bool {
@@ -46,6 +46,9 @@ fn check_view(technique: &dyn Technique, settings: &Settings) -> Result<()> {
     })?;
     require(settings.render.accumulate == 1, || {
         format!("view {view_name} is of one frame, not of {}: leave accumulate at 1", settings.render.accumulate)
+    })?;
+    require(view != View::EnvironmentVisibility || settings.environment.samples > 0, || {
+        format!("view {view_name} needs shadow rays towards the environment, and environment-samples 0 leaves none")
     })?;
     require(view != View::Direct || settings.render.direct.is_on(), || {
         format!("view {view_name} needs direct light: leave direct on")
@@ -110,6 +113,11 @@ mod tests {
         assert!(sentence.contains("shadow-ratio-filtered") && sentence.contains("filter none"), "{sentence}");
         let sentence = complaint(|s| (s.render.accumulate, s.render.view) = (4, View::Normal));
         assert_eq!(sentence, "view normal is of one frame, not of 4: leave accumulate at 1");
+        let sentence = complaint(|s| (s.environment.samples, s.render.view) = (0, View::EnvironmentVisibility));
+        assert!(
+            sentence.contains("environment-visibility") && sentence.contains("environment-samples 0"),
+            "{sentence}"
+        );
         let sentence = complaint(|s| (s.render.direct, s.render.view) = (Switch::Off, View::Direct));
         assert_eq!(sentence, "view direct needs direct light: leave direct on");
     }

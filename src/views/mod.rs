@@ -32,7 +32,7 @@ pub struct ColorMap {
 pub fn color_map(view: View) -> Option<ColorMap> {
     match view {
         View::Depth => Some(ColorMap { colors: &[0xffffff, 0x101010], end: None }),
-        View::ShadowRatio | View::ShadowRatioFiltered => {
+        View::ShadowRatio | View::ShadowRatioFiltered | View::EnvironmentVisibility => {
             Some(ColorMap { colors: &[0x000000, 0xffffff], end: Some(1.0) })
         }
         View::SelectedLevel => Some(ColorMap { colors: &LEVEL_COLORS, end: Some(MAX_LEVEL as f32) }),
@@ -69,6 +69,7 @@ pub enum Scale {
 pub fn legend_of(view: View, [first, last]: [u32; 2], measured_end: f32) -> Option<(&'static str, Scale)> {
     let title = match view {
         View::Depth => "depth, m",
+        View::EnvironmentVisibility => "S / U of the environment",
         View::ShadowRatio => "S / U, unfiltered",
         View::ShadowRatioFiltered => "S / U, filtered",
         View::SelectedLevel => "mean level chosen",

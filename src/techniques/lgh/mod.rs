@@ -42,7 +42,9 @@ impl Technique for Lgh {
             | View::LightsTested
             | View::LightCount
             | View::LevelWeights => true,
-            View::Final | View::Albedo | View::Normal | View::Depth | View::Direct => false,
+            View::Final | View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility => {
+                false
+            }
         }
     }
 

@@ -1,7 +1,8 @@
 //! Where light paths start: as densely as they bring light to what is seen.
 //!
 //! Three numbers between 0 and 1 say where a path starts (`common/path_starts.glsl`): the light, in the order of the lights
-//! by power, and two that say from where and in which direction. Cells of this cube have shares of the paths.
+//! by power with the environment last, and two that say from where and in which direction. Cells of this cube have shares of
+//! the paths.
 
 mod learn;
 

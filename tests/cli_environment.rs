@@ -104,6 +104,33 @@ fn values_that_are_no_radiance_are_told_once() {
     assert!(rgb.iter().all(|value| value.is_finite() && *value >= 0.0));
 }
 
+/// What a scene without a light is put into is told, and can be refused; emissive surfaces are a light.
+#[test]
+fn a_scene_without_a_light_stands_under_a_sky() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |scene: &Path, options: &[&str]| {
+        let mut command = program();
+        command.arg(scene).args(["--headless", "--size", "32x18", "--technique", "direct"]).args(options);
+        command.arg("--output").arg(folder.path().join("out.exr"));
+        let run = run(command);
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        (read_exr(folder.path().join("out.exr")).unwrap().2, run.stderr)
+    };
+    let plain = scene(folder.path());
+    let (by_itself, said) = render(&plain, &[]);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("the scene has no light: it stands under a clear sky; --environment none"), "{said}");
+    let (sky, said) = render(&plain, &["--environment", "sky"]);
+    assert!(by_itself == sky && said.is_empty(), "{said}");
+    let (sun, said) = render(&plain, &["--environment", "none"]);
+    assert!(sun != sky && said.is_empty() && sun.iter().any(|value| *value > 0.0), "{said}");
+    let emissive = quad_glb(|document, _| document["materials"][0]["emissiveFactor"] = serde_json::json!([0, 1, 0]));
+    let path = folder.path().join("emissive.glb");
+    std::fs::write(&path, emissive).unwrap();
+    let (emissive, said) = render(&path, &[]);
+    assert!(emissive == sun && said.is_empty(), "{said}");
+}
+
 /// The picture of a scene whose only light is dark is black, by every technique and without a warning.
 #[test]
 fn a_scene_whose_light_is_dark_stays_dark() {

@@ -36,7 +36,7 @@ impl Place {
     /// The program, asked for a small picture over the old one and for new timings.
     fn command(&self) -> Command {
         let mut command = program();
-        command.args(["--headless", "--size", "32x18", "--vpls", "200"]);
+        command.args(["--headless", "--size", "32x18", "--vpls", "200", "--environment", "none"]);
         command.arg("--output").arg(self.path("out.exr")).arg("--timings").arg(self.path("out.json"));
         command
     }

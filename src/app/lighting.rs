@@ -1,5 +1,6 @@
 //! What lights a scene: where its sun stands, and what is around it.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -30,7 +31,7 @@ pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &Environ
     let environment = match &source {
         EnvironmentSource::None => None,
         EnvironmentSource::Uniform(radiance) => Some(Environment::uniform(*radiance)),
-        EnvironmentSource::File(path) => Some(environment::file::read(path)?.with_suns_apart()),
+        EnvironmentSource::File(path) => Some(read(path)?),
         EnvironmentSource::Sky => Some(put_under_sky(scene, sun, settings.turn_deg)),
     };
     if let Some(environment) = environment {
@@ -45,15 +46,28 @@ pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &Environ
 
 /// Where a scene's light from all around comes from.
 fn source(scene: &Scene, settings: &EnvironmentSettings) -> EnvironmentSource {
-    match &settings.source {
-        Some(source) => source.clone(),
-        None => {
-            if scene.lit_by != LitBy::Lights {
-                log::info!("the scene has no light: a default sun shines");
-            }
+    match (&settings.source, scene.lit_by) {
+        (None, LitBy::Nothing) => {
+            log::warn!("the scene has no light: it stands under a clear sky; --environment none gives it a sun alone");
+            EnvironmentSource::Sky
+        }
+        (None | Some(EnvironmentSource::None), LitBy::Nothing | LitBy::EmissiveSurfaces) => {
+            log::info!("the scene has no light: a default sun shines");
             EnvironmentSource::None
         }
+        (None, LitBy::Lights) => EnvironmentSource::None,
+        (Some(source), _) => source.clone(),
     }
+}
+
+/// The environment of an image, its suns taken out.
+fn read(path: &Path) -> Result<Environment> {
+    let environment = environment::file::read(path)?.with_suns_apart();
+    if !environment.suns.is_empty() {
+        let (file, count) = (path.display(), environment.suns.len());
+        log::info!("{file}: {count} small sun(s) of the environment shine as directional lights");
+    }
+    Ok(environment)
 }
 
 /// A clear sky around the scene's first sun, or with a sun of its own.
@@ -135,6 +149,21 @@ mod tests {
         assert_eq!(lit(vec![own_sun()], None, &settings).lights, [own_sun()]);
         let none = lit(vec![point()], None, &under(EnvironmentSource::None));
         assert!(none.environment.is_none() && none.lights == [point()]);
+    }
+
+    #[test]
+    fn a_scene_without_any_light_stands_under_a_sky() {
+        let default_sun = own_sun();
+        let under = |lit_by: LitBy, source: Option<EnvironmentSource>| {
+            let mut scene = scene(vec![default_sun.clone()], lit_by);
+            light(&mut scene, None, &EnvironmentSettings { source, ..EnvironmentSettings::default() }).unwrap();
+            (scene.environment.is_some(), scene.lights == [default_sun.clone()])
+        };
+        assert_eq!(under(LitBy::Nothing, None), (true, false));
+        assert_eq!(under(LitBy::Nothing, Some(EnvironmentSource::None)), (false, true));
+        for lit_by in [LitBy::Lights, LitBy::EmissiveSurfaces] {
+            assert_eq!(under(lit_by, None), (false, true));
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::*;
 use crate::scene::octahedral::unpack_octahedral;
 use crate::scene::testing::glb_from;
-use crate::scene::{Camera, Light};
+use crate::scene::{Camera, Light, LitBy};
 
 /// Builds a binary chunk and its accessors.
 #[derive(Default)]
@@ -276,6 +276,29 @@ fn lights_take_colour_position_and_direction() {
     assert!(close(*position_ws, Vec3::new(1.0, 5.0, 0.0)) && *intensity == Vec3::splat(3.0));
     let Light::Spot { inner_cos, outer_cos, direction_ws, .. } = &lights[2] else { panic!("{:?}", lights[2]) };
     assert!(close(*direction_ws, Vec3::NEG_Y) && *inner_cos == 0.2f32.cos() && *outer_cos == 0.5f32.cos());
+}
+
+#[test]
+fn what_lights_a_scene_is_told() {
+    let lamp = |intensity: f32| {
+        json!({"nodes": [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+            "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": intensity}]}}})
+    };
+    let glowing = |glow: f32| json!({"materials": [{"emissiveFactor": [0, glow, 0]}, {"emissiveFactor": [1, 1, 1]}]});
+    let of_material = json!({"material": 0});
+    for (primitive, extra, lit_by) in [
+        (json!({}), json!({}), LitBy::Nothing),
+        (json!({}), lamp(2.0), LitBy::Lights),
+        (json!({}), lamp(0.0), LitBy::Lights),
+        (of_material.clone(), glowing(0.5), LitBy::EmissiveSurfaces),
+        // No triangle has the material that glows.
+        (of_material, glowing(0.0), LitBy::Nothing),
+    ] {
+        let scene = quad(primitive, extra.clone());
+        assert_eq!(scene.lit_by, lit_by, "{extra}");
+        assert_eq!(scene.lights.len(), 1, "{extra}");
+    }
+    assert_eq!(quad(json!({}), lamp(0.0)).lights, [Light::DARK]);
 }
 
 #[test]

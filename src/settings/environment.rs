@@ -17,7 +17,7 @@ settings_group! {
     #[command(next_help_heading = "Picture")]
     pub struct EnvironmentSettings: Picture {
         /// Light from all around: none, the same radiance from everywhere, an equirectangular image, or a clear sky for the
-        /// scene's sun [default: none]
+        /// scene's sun [default: sky where the scene brings no light, else none]
         #[arg(id = "environment", long = "environment", value_name = "none|R,G,B|FILE.exr|FILE.hdr|sky", allow_negative_numbers = true)]
         pub source as "environment": Option<EnvironmentSource> = None,
         /// Factor on the environment's radiance, 0 or above [default: 1]

@@ -13,7 +13,7 @@ pub const PARTS_PER_EDGE: u32 = 32;
 pub const PATHS_PER_PART: u32 = 16;
 /// Share of the paths that start where no light was found as well, so that light which was missed is there too, if noisier:
 /// half of it anywhere, half in any cell, as cells are small near where there is light.
-const SHARE_ANYWHERE: f64 = 0.2;
+const SHARE_ANYWHERE: f64 = 0.5;
 /// Cells are halved until none has more than this part of the light, each by enough samples that what is learnt is no
 /// noise: their number is right to about a fifth.
 const HEAVIEST_CELL: f64 = 1.0 / 512.0;
@@ -204,7 +204,8 @@ mod tests {
         assert!(learnt.concentration > 3e5 && learnt.concentration < 2e6, "{}", learnt.concentration);
         let there = |cell: &&StartCell| cell.low[1] > 0.299 && cell.low[1] < 0.301 && cell.size[1] < 1e-2;
         let share: f32 = learnt.density.cells.iter().filter(there).map(|cell| cell.share).sum();
-        assert!(share > 0.75, "{share}");
+        // Half of the paths by light, and a quarter in cells of which most are there.
+        assert!(share > 0.7, "{share}");
         assert!(learnt.density.cells.iter().all(|cell| cell.size[0] == 1.0), "with one light nothing is chosen");
     }
 

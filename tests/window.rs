@@ -112,6 +112,7 @@ at 30 camera 1
 at 31 set accumulate 4
 at 38 set accumulate 1
 at 40 screenshot {}
+at 41 set vpl-importance none
 at 41 look 30 -10
 at 41 set sun 300,40
 at 46 screenshot {}
@@ -209,7 +210,8 @@ at 30 quit
     assert_eq!(last.environment.source, Some(EnvironmentSource::None));
 }
 
-/// A run without a window, with the settings beside a screenshot of a flown camera, gives that screenshot.
+/// A run without a window, with the settings beside a screenshot of a flown camera, gives that screenshot; with light paths
+/// that start anywhere, for a window chooses starts by the camera that it had when the lights were measured.
 fn the_settings_give_the_picture(folder: &Path) {
     let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     succeed(&["--headless", "--quiet", "--settings", &path("all.toml"), "--output", &path("again.png")]);

@@ -2,9 +2,9 @@
 
 mod common;
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use common::frames::render;
 use common::rooms::camera;
 use common::written::Written;
 use glam::Vec3;
@@ -12,7 +12,7 @@ use gridlight::environment::{Environment, SamplingTable, turned};
 use gridlight::gpu::{ComputeWork, Executor};
 use gridlight::graph::Access;
 use gridlight::passes::{Frame, FrameShape, shader, threads};
-use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
+use gridlight::renderer::{Job, UploadedScene};
 use gridlight::scene::Scene;
 use gridlight::scene::testing::{box_room, diffuse, plane, scene_from_quads};
 use gridlight::settings::{Settings, ShadowFilter, Size, Switch, Technique, View};
@@ -132,20 +132,6 @@ fn settings(technique: Technique) -> Settings {
         s.path_trace.samples = 64;
         s.environment.samples = 16;
     })
-}
-
-/// The mean of the settings' frames, per pixel.
-fn render(scene: &Scene, settings: &Settings) -> Vec<Vec3> {
-    let test = common::gpu();
-    let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
-    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
-    for number in 0..settings.render.accumulate {
-        if settings.render.accumulate > 1 {
-            renderer.set_accumulated_frame(number, Fresh::All);
-        }
-        renderer.run_in_steps(200.0, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    }
-    renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect()
 }
 
 /// Whether the mean of pixels and each of them are what is expected.

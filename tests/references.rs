@@ -5,9 +5,10 @@ mod common;
 use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
+use common::frames::render;
 use common::rooms::{add_quad, camera};
 use glam::Vec3;
-use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
+use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Settings, ShadowFilter, Size, Switch, Technique};
@@ -22,20 +23,6 @@ fn settings(technique: Technique) -> Settings {
         s.lgh.filter = ShadowFilter::None;
         s.lgh.alpha = 2.0;
     })
-}
-
-/// The mean of the settings' frames, per pixel.
-fn render(scene: &Scene, settings: &Settings) -> Vec<Vec3> {
-    let test = common::gpu();
-    let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
-    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
-    for number in 0..settings.render.accumulate {
-        if settings.render.accumulate > 1 {
-            renderer.set_accumulated_frame(number, Fresh::All);
-        }
-        renderer.run_in_steps(200.0, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    }
-    renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect()
 }
 
 fn mean(pixels: &[Vec3]) -> Vec3 {

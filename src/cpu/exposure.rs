@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::lights::luminance;
 use crate::shared::{EXPOSURE_BINS, EXPOSURE_STOPS};
 
 const BINS: usize = EXPOSURE_BINS as usize;
@@ -23,7 +24,7 @@ pub fn count_luminances(size_px: [usize; 2], step_px: usize, radiance: &[Vec3], 
         let cell = [sample % columns, sample / columns];
         let [x, y] = [0, 1].map(|axis| (cell[axis] * step_px + step_px / 2).min(size_px[axis] - 1));
         let pixel = y * size_px[0] + x;
-        let luminance = radiance[pixel].dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        let luminance = luminance(radiance[pixel]);
         if luminance > LOWEST_STOP.exp2() {
             let bin = ((luminance.log2() - LOWEST_STOP) / STOPS_PER_BIN).clamp(0.0, (BINS - 1) as f32) as usize;
             histogram[bin + if depth[pixel] > 0.0 { 0 } else { BINS }] += 1;

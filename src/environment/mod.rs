@@ -62,6 +62,12 @@ impl Environment {
     /// Integral of the radiance over all directions (scalar irradiance), suns included.
     #[must_use]
     pub fn scalar_irradiance(&self) -> Vec3 {
+        let suns: Vec3 = self.suns.iter().map(|sun| sun.irradiance).sum();
+        self.image_irradiance() + suns
+    }
+
+    /// That of the image alone.
+    fn image_irradiance(&self) -> Vec3 {
         let width = self.size[0] as usize;
         let image: DVec3 = (0_u32..)
             .zip(self.radiance.chunks_exact(width))
@@ -70,8 +76,7 @@ impl Environment {
                 sum * texel_solid_angle(self.size, row)
             })
             .sum();
-        let suns: Vec3 = self.suns.iter().map(|sun| sun.irradiance).sum();
-        image.as_vec3() + suns
+        image.as_vec3()
     }
 }
 

@@ -1,6 +1,5 @@
 //! What the GPU needs of an environment, as plain data. The upload itself is in `gpu::SceneSet`.
 
-use glam::Vec3;
 use half::f16;
 
 use super::{Environment, SamplingTable, luminance};
@@ -46,8 +45,7 @@ impl PreparedEnvironment {
         let stored = |value: f32| f16::from_f32(value / scale).to_bits();
         let texels = environment.radiance.iter().map(|[r, g, b]| [stored(*r), stored(*g), stored(*b), 0]).collect();
         let SamplingTable { size: cells, sums: table } = SamplingTable::new(environment);
-        let suns: Vec3 = environment.suns.iter().map(|sun| sun.irradiance).sum();
-        let scalar_irradiance = luminance((environment.scalar_irradiance() - suns).to_array());
+        let scalar_irradiance = luminance(environment.image_irradiance().to_array());
         Self { size_px: environment.size, texels, scale, scalar_irradiance, cells, table }
     }
 }

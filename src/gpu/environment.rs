@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::graph::ImageInfo;
 
 /// Half floats, which every device can sample.
-pub(super) const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+pub const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
 /// Both parts.
 pub(super) struct EnvironmentParts {

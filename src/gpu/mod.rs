@@ -45,6 +45,7 @@ pub use buffer::Buffer;
 pub use capture::FrameCapture;
 pub use context::Gpu;
 pub use device::{Device, GpuOptions, ValidationLog};
+pub use environment::FORMAT as ENVIRONMENT_FORMAT;
 pub use executor::{Executor, FrameResult, FrameTicket, SteppedFrame};
 pub use features::{DeviceReport, OptionalFeatures, list_gpus};
 pub use image::Image;

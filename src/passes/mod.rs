@@ -40,7 +40,7 @@ use self::scene::SceneParts;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass, PassId};
 use crate::job::Job;
-use crate::settings::{Rays, ShadowFilter, Technique, View};
+use crate::settings::{Rays, ShadowFilter, View};
 use crate::shader::spirv;
 use crate::shared::FrameData;
 
@@ -75,15 +75,12 @@ pub struct EnvironmentShape {
 }
 
 impl FrameShape {
-    /// What a job asks of every frame.
+    /// What a job asks of every frame, whatever its technique.
     #[must_use]
     pub fn new(job: &Job<'_>) -> Self {
         let settings = job.settings;
         let samples = settings.environment.samples;
-        // A mean of direct light has many samples of its own, and keeps edges that the filter would blur. With the hierarchy
-        // the filter is on in means as well, as it is for the shadow samples.
-        let keeps_noise = settings.render.technique == Technique::Direct && settings.render.accumulate > 1;
-        let is_filtered = !keeps_noise && settings.lgh.filter != ShadowFilter::None;
+        let is_filtered = settings.lgh.filter != ShadowFilter::None;
         Self {
             environment: (job.has_environment() && samples > 0).then_some(EnvironmentShape { samples, is_filtered }),
             width_px: settings.picture.size.width,

@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use crate::gpu::{ScenePart, Work};
+use crate::gpu::{ENVIRONMENT_FORMAT, ScenePart, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Pass};
 use crate::settings::Rays;
 
@@ -46,7 +46,7 @@ impl SceneParts {
         let environment_table = buffer(ScenePart::EnvironmentTable);
         let structures = [ScenePart::TopStructure, ScenePart::BottomStructure, ScenePart::StructureTriangles];
         let structures = (rays == Rays::Query).then(|| structures.map(&mut buffer));
-        let environment = graph.imported_image(ScenePart::EnvironmentMap.name(), vk::Format::R16G16B16A16_SFLOAT);
+        let environment = graph.imported_image(ScenePart::EnvironmentMap.name(), ENVIRONMENT_FORMAT);
         let words = vk::Format::R32G32B32A32_UINT;
         let mut image = |part: ScenePart| graph.imported_image(part.name(), words);
         let triangles = image(ScenePart::Triangles);

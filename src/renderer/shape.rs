@@ -30,8 +30,8 @@ pub(super) fn checked_shapes(
 /// The same without checks that need no device.
 pub(super) fn shapes(technique: &dyn Technique, job: &Job<'_>, known: Option<&dyn TechniqueShape>) -> Result<Shapes> {
     let mut frame = FrameShape::new(job);
-    if let Some(environment) = frame.environment.as_mut().filter(|_| technique.is_reference()) {
-        environment.is_filtered = false;
+    if let Some(environment) = &mut frame.environment {
+        environment.is_filtered &= technique.filters_environment(job.settings);
     }
     check_rays(job.gpu, frame.rays)?;
     if frame.rays == Rays::Query && !job.scene.has_structures {

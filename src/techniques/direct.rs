@@ -5,6 +5,7 @@ use crate::Result;
 use crate::job::Job;
 use crate::passes::Frame;
 use crate::passes::gbuffer::GBuffer;
+use crate::settings::Settings;
 
 /// The technique, and its shape: it has no sizes.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,11 @@ pub struct Direct;
 impl Technique for Direct {
     fn name(&self) -> &'static str {
         "direct"
+    }
+
+    /// A mean has many samples of its own, and keeps edges that the filter would blur.
+    fn filters_environment(&self, settings: &Settings) -> bool {
+        settings.render.accumulate == 1
     }
 
     fn shape(&self, _job: &Job<'_>, _known: Option<&dyn TechniqueShape>) -> Result<Box<dyn TechniqueShape>> {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::rules::is_of_every_frame;
 use super::spacing::disc_radius;
 use super::{AddedView, Count, TechniqueOutputs, starts};
 use crate::dump::{
@@ -28,7 +29,7 @@ pub(super) const CAPACITY_MARGIN: f64 = 1.25;
 
 /// Whether a view, or the finished picture, needs the lights S0.
 pub(super) fn needs_lights(view: View) -> bool {
-    !matches!(view, View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility)
+    view == View::Final || !is_of_every_frame(view)
 }
 
 /// Point lights of the scene that are among the lights S0.

@@ -64,6 +64,11 @@ pub trait Technique: Sync {
         false
     }
 
+    /// Whether the noise of the environment's direct light is filtered. References have many samples of their own.
+    fn filters_environment(&self, _settings: &Settings) -> bool {
+        !self.is_reference()
+    }
+
     /// Settings for two independent parts of a frame's samples; their difference tells the noise of their mean.
     /// `None` where there is nothing to divide.
     fn halves(&self, _settings: &Settings) -> Option<[Settings; 2]> {

@@ -26,7 +26,7 @@ pub fn check_with(technique: &dyn Technique, settings: &Settings) -> Result<()> 
 }
 
 /// Whether a view shows what every frame has.
-fn is_of_every_frame(view: View) -> bool {
+pub(super) fn is_of_every_frame(view: View) -> bool {
     matches!(view, View::Final | View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility)
 }
 

@@ -4,6 +4,7 @@
 
 pub mod compare;
 pub mod counter;
+pub mod frames;
 pub mod hierarchy;
 pub mod light_sets;
 pub mod rooms;

@@ -17,6 +17,7 @@ pub mod job;
 pub mod light_grid;
 pub mod light_paths;
 pub mod passes;
+pub mod points;
 pub mod progress;
 pub mod random;
 pub mod renderer;

@@ -10,6 +10,7 @@ const LAYERS: &[&[&str]] = &[
     &["camera", "files", "graph", "interrupt", "shared"],
     &["environment"],
     &["compare", "light_grid", "light_paths", "scene", "settings", "shader"],
+    &["points"],
     &["cpu", "gpu", "views"],
     &["uploaded_scene"],
     &["job"],

@@ -3,17 +3,17 @@
 
 use std::fmt::Write as _;
 
-mod bvh;
 mod structs;
 mod table;
+mod texels;
 
-pub use bvh::{ALL as TEXEL_STRUCTS, BvhNode, BvhTriangle};
 pub use structs::{
     ALL as STRUCTS, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample,
     LEVEL_ROWS, PunctualLight, StartCell, StartSample,
 };
 
 pub use table::{FieldInfo, FieldKind, SharedStruct, StructInfo};
+pub use texels::{ALL as TEXEL_STRUCTS, BvhNode, BvhTriangle, PackedNode};
 
 /// The text of the generated include `shared/<name>.glsl`: the struct's declaration, and for those that are read as texels
 /// how they are put together. `None` where there is no such struct.
@@ -115,6 +115,12 @@ shared_constants! {
     MAX_WIDE_DEPTH = 32;
     /// Flag of a `BvhTriangle` whose material is alpha-masked.
     TRIANGLE_ALPHA_MASKED = 1;
+    /// In the last word of a `PackedNode`: its representative leaf.
+    POINT_LEAF_MASK = 0x001f_ffff;
+    /// Flag there: all its leaves lie on closed surfaces, of which only the outside is seen.
+    POINT_IS_SOLID = 0x4000_0000;
+    /// Flag there: its normal opposes its parent's, so that the two name their sides the other way round.
+    POINT_IS_TURNED = 0x8000_0000;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

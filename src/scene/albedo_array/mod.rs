@@ -7,8 +7,8 @@ mod resample;
 use rayon::prelude::*;
 
 use super::{Scene, Texture};
-pub use resample::mip_chain;
 use resample::{average, resample};
+pub use resample::{mip_chain, sample_bilinear};
 
 /// Base colours for light paths and alpha tests: every texture at one size.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use glam::Vec4;
+use glam::{Vec2, Vec4};
 
 use crate::scene::Texture;
 
@@ -42,11 +42,30 @@ pub(super) fn resample(texture: &Texture, size: u32) -> Vec<u8> {
 /// The mean linear colour and alpha of an sRGB texture.
 pub(super) fn average(texture: &Texture) -> [f32; 4] {
     let sum = texture.rgba.chunks_exact(4).fold([0f64; 4], |sum, t| {
-        let texel = [DECODE[t[0] as usize], DECODE[t[1] as usize], DECODE[t[2] as usize], f32::from(t[3]) / 255.0];
+        let texel = linear_texel(t);
         std::array::from_fn(|c| sum[c] + f64::from(texel[c]))
     });
     let count = (texture.rgba.len() / 4).max(1) as f64;
     sum.map(|c| (c / count) as f32)
+}
+
+/// Linear colour and alpha of four bytes of an sRGB texture.
+fn linear_texel(t: &[u8]) -> [f32; 4] {
+    [DECODE[t[0] as usize], DECODE[t[1] as usize], DECODE[t[2] as usize], f32::from(t[3]) / 255.0]
+}
+
+/// Linear colour and alpha of a level of an sRGB texture at `uv`, between its four nearest texels, repeating.
+#[must_use]
+pub fn sample_bilinear((width, height, rgba): &(u32, u32, Vec<u8>), uv: Vec2) -> Vec4 {
+    let wrapped = |c: f32, size: u32| {
+        let place = c.rem_euclid(1.0) * size as f32 - 0.5;
+        let at = |texel: f32| texel.rem_euclid(size as f32) as u32 % size;
+        (at(place.floor()), at(place.floor() + 1.0), place - place.floor())
+    };
+    let ((left, right, across), (top, bottom, down)) = (wrapped(uv.x, *width), wrapped(uv.y, *height));
+    let texel = |x: u32, y: u32| Vec4::from(linear_texel(&rgba[4 * (y * width + x) as usize..]));
+    let row = |y: u32| texel(left, y).lerp(texel(right, y), across);
+    row(top).lerp(row(bottom), down)
 }
 
 /// All mip levels down to 1x1 as (width, height, RGBA8), the texture itself first. Sizes halve, rounding down; every

@@ -1,4 +1,5 @@
-//! Nodes and triangles of the bounding volume hierarchy, which shaders read as texels of four words.
+//! Structs that shaders read as texels of four words: nodes and triangles of the bounding volume hierarchy, nodes of the
+//! points' tree.
 
 use std::mem::offset_of;
 
@@ -43,6 +44,24 @@ shared_structs! {
         /// `TRIANGLE_ALPHA_MASKED` or 0.
         pub flags: u32,
     }
+
+    /// One node of the tree of points that stand for the scene's surfaces. What the packed words hold:
+    /// `points::Node`, `common/points.glsl`.
+    pub struct PackedNode as "PackedNode" {
+        /// Mean position of its leaves, world space.
+        pub centroid_ws: [f32; 3],
+        /// Radius about the centroid that encloses the discs of all its leaves.
+        pub radius: f32,
+        /// Mean normal, octahedral.
+        pub normal_oct: u32,
+        /// Area of its leaves.
+        pub area: f32,
+        /// From the lowest bit: 8 bits length of the mean of its leaves' normals; 8 bits cosine of the widest angle between
+        /// one of them and the mean normal; 16 bits half-thickness along the mean normal, over the radius.
+        pub spread: u32,
+        /// Representative leaf (`POINT_LEAF_MASK`) and flags (`POINT_IS_SOLID`, `POINT_IS_TURNED`).
+        pub leaf_and_flags: u32,
+    }
 }
 
-const _: () = assert!(size_of::<BvhNode>() == 80 && size_of::<BvhTriangle>() == 48);
+const _: () = assert!(size_of::<BvhNode>() == 80 && size_of::<BvhTriangle>() == 48 && size_of::<PackedNode>() == 32);

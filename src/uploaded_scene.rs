@@ -1,11 +1,13 @@
 //! A scene on a device, and what is computed of it before it gets there.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use glam::Vec3;
 
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, SceneBytes, SceneData, SceneSet};
+use crate::points::PointCloud;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Scene, bvh};
@@ -30,7 +32,12 @@ pub struct UploadedScene {
     pub(crate) environment_scale: f32,
     /// Directional and spot lights, as uploaded.
     other_lights: Vec<PunctualLight>,
+    /// Points over its surfaces, those that were asked for last in front.
+    points: Vec<Arc<PointCloud>>,
 }
+
+/// Sets of points that are kept: the two sides of a window may have different ones.
+const KEPT_POINTS: usize = 2;
 
 /// What of a scene is computed before it is uploaded; needs no device.
 pub struct ReadyScene {
@@ -115,7 +122,39 @@ impl UploadedScene {
             light_flux: *light_flux,
             environment_flux: environment.scalar_irradiance * std::f64::consts::PI * radius * radius,
             other_lights,
+            points: Vec::new(),
         })
+    }
+
+    /// Spreads 2 to this power points over the surfaces of the scene, which is the one that was uploaded, unless it has
+    /// them already or none are wanted.
+    ///
+    /// # Errors
+    /// Those of [`PointCloud::of_scene`].
+    pub fn spread_points(&mut self, scene: &Scene, leaf_count_log2: Option<u32>) -> Result<()> {
+        let Some(wanted) = leaf_count_log2 else { return Ok(()) };
+        let known = self.points.iter().position(|points| points.leaf_count_log2 == wanted);
+        let points = match known {
+            Some(index) => self.points.remove(index),
+            None => {
+                let start = Instant::now();
+                let points = PointCloud::of_scene(scene, wanted)?;
+                log::info!("points: {}, {:.0} ms", points.leaf_count(), start.elapsed().as_secs_f64() * 1e3);
+                Arc::new(points)
+            }
+        };
+        self.points.insert(0, points);
+        self.points.truncate(KEPT_POINTS);
+        Ok(())
+    }
+
+    /// The points that were spread over it, 2 to this power of them.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when [`Self::spread_points`] has not made them.
+    pub fn points(&self, leaf_count_log2: u32) -> Result<&Arc<PointCloud>> {
+        let known = self.points.iter().find(|points| points.leaf_count_log2 == leaf_count_log2);
+        known.ok_or_else(|| Error::Failure(format!("the scene was uploaded without 2^{leaf_count_log2} points")))
     }
 
     /// Triangles, materials and lights as shaders read them; waits.

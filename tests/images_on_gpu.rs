@@ -216,6 +216,19 @@ fn what_was_written_is_read_level_by_level() {
 }
 
 #[test]
+fn an_image_begins_with_the_contents_that_it_is_given() {
+    let gpu = gpu();
+    let texels: Vec<u32> = (0..15).map(|i| i * i).collect();
+    let given = Level { size_px: [5, 3, 1], texels };
+    let mut graph = Graph::new();
+    let info = ImageInfo::new(FORMAT, 5, 3);
+    let image = graph.filled_image("filled", info, bytemuck::cast_slice(&given.texels).into());
+    let (executor, sums) = Images { graph, image, info, kind: "" }.run(&gpu);
+    assert_eq!(sums, [given.sum()]);
+    assert_eq!(words(&executor.read_image(image).unwrap()), given.texels, "after two frames");
+}
+
+#[test]
 fn an_image_that_the_device_does_not_have_is_an_error() {
     let gpu = gpu();
     for (info, what) in [

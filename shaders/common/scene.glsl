@@ -1,7 +1,7 @@
 // The scene in descriptor set 1: geometry, BVH, materials, lights; and ray traversal over it.
 // Needs constants.glsl and octahedral.glsl.
 
-#extension GL_EXT_samplerless_texture_functions : require
+#include "common/words.glsl"
 
 #include "shared/BvhTriangle.glsl"
 
@@ -24,10 +24,6 @@ struct Hit {
     vec2 barycentric;
     uint bvh_triangle;
 };
-
-ivec2 texel_place(uint i) {
-    return ivec2(i % WORD_ROW_TEXELS, i / WORD_ROW_TEXELS);
-}
 
 BvhTriangle bvh_triangle(uint i) {
     uint first = BVH_TRIANGLE_TEXELS * i;

@@ -8,7 +8,7 @@ use crate::files::FileKind;
 use crate::gpu::FrameCapture;
 use crate::graph::to_dot;
 use crate::progress::Progress;
-use crate::renderer::{Fresh, Job, Renderer, UploadedScene};
+use crate::renderer::{Fresh, Job, Renderer};
 use crate::report::dump;
 use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::machine::{Machine, peak_resident_bytes};
@@ -100,7 +100,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     let gpu = open_gpu(settings)?;
     let scene = load_scene(settings, &Progress::hidden())?;
     let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
-    let uploaded = UploadedScene::with_rays(&gpu, &scene, settings.tracing.rays)?;
+    let uploaded = upload(&gpu, &scene, settings, &Progress::hidden())?;
     let renderer = Renderer::new(&Job::new(&gpu, &uploaded, camera, settings))?;
     super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
     Ok(())

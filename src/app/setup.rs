@@ -13,7 +13,7 @@ use crate::renderer::UploadedScene;
 use crate::report::timings::SceneInfo;
 use crate::scene::{Camera, Scene, gltf};
 use crate::settings::{DeviceSettings, EnvironmentSettings, SceneSettings, Settings, SunPlace};
-use crate::{Error, Result, camera};
+use crate::{Error, Result, camera, techniques};
 
 /// The scene shown when none is named.
 const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
@@ -66,11 +66,12 @@ pub(super) fn read_scene(
     Ok(scene)
 }
 
-/// The scene on the device, with what the settings trace rays with.
+/// The scene on the device, with what the settings trace rays with, and the points that their technique needs.
 pub(super) fn upload(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, progress: &Progress) -> Result<UploadedScene> {
     let bar = progress.bar("BVH", 1);
-    let uploaded = UploadedScene::with_rays(gpu, scene, settings.tracing.rays)?;
+    let mut uploaded = UploadedScene::with_rays(gpu, scene, settings.tracing.rays)?;
     bar.set(1);
+    uploaded.spread_points(scene, techniques::of(settings)?.point_count_log2(settings))?;
     Ok(uploaded)
 }
 

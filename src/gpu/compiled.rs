@@ -14,10 +14,10 @@ use super::pipeline::Pipeline;
 use super::pipelines::Pipelines;
 use super::resources::Resources;
 use super::scene_set::SceneSet;
-use super::transfer;
+use super::transfer::{self, Subresource};
 use super::work::{RasterWork, TransferOp, Work};
 use crate::error::{Error, Result};
-use crate::graph::{Graph, Handle, ImageHandle, ImageLevel, Lifetime, Pass, Plan, Use, plan};
+use crate::graph::{Graph, Handle, ImageHandle, ImageInfo, ImageLevel, Lifetime, Pass, Plan, Use, plan};
 use crate::shader::interface::BindingKind;
 
 /// A pass ready to record.
@@ -117,10 +117,18 @@ impl CompiledFrame {
         uses.next().map_or(vk::ImageLayout::UNDEFINED, |used| used.access.sync(info.kind()).layout)
     }
 
-    /// Persistent images get the layout that the first frame expects, once.
+    /// Persistent images get their contents, if there are any, and the layout that the first frame expects, once.
     fn initial_layouts(&self) -> Result<()> {
+        let filled = |level: &ImageLevel| self.graph.resources()[Handle::from(level.image).index()].contents.as_ref();
+        for (level, layout) in &self.plan.initial {
+            if let Some(texels) = filled(level) {
+                let (raw, _, ImageInfo { width_px, height_px, .. }) = self.resources.image(level.image);
+                let whole = Subresource { mip: 0, layer: 0, width_px, height_px, texels };
+                transfer::upload_raw_image(&self.gpu, raw, &[whole], *layout)?;
+            }
+        }
         transfer::submit_once(&self.gpu, |commands| {
-            for &(level, layout) in &self.plan.initial {
+            for &(level, layout) in self.plan.initial.iter().filter(|(level, _)| filled(level).is_none()) {
                 self.change_layout(commands, level, vk::ImageLayout::UNDEFINED, layout);
             }
         })

@@ -21,7 +21,7 @@ use super::timeline::Timeline;
 use super::transfer;
 use super::work::Work;
 use crate::error::{Error, Result};
-use crate::graph::{BufferHandle, Graph, ImageLevel, Plan};
+use crate::graph::{BufferHandle, Graph, ImageLevel, Plan, ResourceInfo};
 
 /// Set to 1, every pass is submitted and waited for by itself, and its time is the wall clock of that: what
 /// `tools/bench honesty` compares the timestamps with.
@@ -126,7 +126,7 @@ impl Executor {
     /// Writes what buffers hold before the first frame.
     fn fill_buffers(&self) -> Result<()> {
         for (index, resource) in self.frame.graph.resources().iter().enumerate() {
-            if let Some(contents) = &resource.contents {
+            if let (Some(contents), ResourceInfo::Buffer(_)) = (&resource.contents, resource.info) {
                 transfer::upload_raw(&self.gpu, self.frame.resources.buffer_at(index).0, contents)?;
             }
         }

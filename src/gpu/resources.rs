@@ -147,7 +147,10 @@ impl Resources {
                 Ok(Physical::Buffer { raw, size_bytes: buffer.size_bytes })
             }
             ResourceInfo::Image(info) => {
-                let usage = graph.usage_of(index).1 | vk::ImageUsageFlags::TRANSFER_SRC;
+                let mut usage = graph.usage_of(index).1 | vk::ImageUsageFlags::TRANSFER_SRC;
+                if graph.resources()[index].contents.is_some() {
+                    usage |= vk::ImageUsageFlags::TRANSFER_DST;
+                }
                 let create = image_create_info(&info, usage);
                 self.gpu.check_image(name, &create)?;
                 // SAFETY: valid create info within the device's limits; destroyed in `drop`.

@@ -154,6 +154,16 @@ pub(super) struct Subresource<'a> {
 
 /// Fills a texture and leaves it in `SHADER_READ_ONLY_OPTIMAL`.
 pub(super) fn upload_image(gpu: &Arc<Device>, image: &Image, parts: &[Subresource<'_>]) -> Result<()> {
+    upload_raw_image(gpu, image.raw, parts, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)
+}
+
+/// Fills an image that is a transfer destination, without contents so far, and leaves it in this layout.
+pub(super) fn upload_raw_image(
+    gpu: &Arc<Device>,
+    image: vk::Image,
+    parts: &[Subresource<'_>],
+    left_in: vk::ImageLayout,
+) -> Result<()> {
     let size: usize = parts.iter().map(|p| p.texels.len()).sum();
     let mut staging = Buffer::host(gpu, "staging", size as u64, vk::BufferUsageFlags::TRANSFER_SRC)?;
     let mut offset = 0;
@@ -175,7 +185,7 @@ pub(super) fn upload_image(gpu: &Arc<Device>, image: &Image, parts: &[Subresourc
     }
     submit_once(gpu, |commands| {
         let layout = |old, new| {
-            image_layout(gpu, commands, image.raw, WHOLE_COLOR_IMAGE, old, new);
+            image_layout(gpu, commands, image, WHOLE_COLOR_IMAGE, old, new);
         };
         layout(vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
         // SAFETY: the staging buffer holds every region; the image is in the layout named.
@@ -183,12 +193,12 @@ pub(super) fn upload_image(gpu: &Arc<Device>, image: &Image, parts: &[Subresourc
             gpu.device.cmd_copy_buffer_to_image(
                 commands,
                 staging.raw,
-                image.raw,
+                image,
                 vk::ImageLayout::TRANSFER_DST_OPTIMAL,
                 &regions,
             );
         }
-        layout(vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+        layout(vk::ImageLayout::TRANSFER_DST_OPTIMAL, left_in);
     })
 }
 

@@ -165,6 +165,14 @@ impl<P> Graph<P> {
         buffer
     }
 
+    /// An image of one level and one layer that has these contents before the first frame and keeps them as long as no pass
+    /// writes it.
+    pub fn filled_image(&mut self, name: &str, info: ImageInfo, contents: Arc<[u8]>) -> ImageHandle {
+        let image = self.persistent_image(name, info);
+        self.resources[image.0].contents = Some(contents);
+        image
+    }
+
     /// A buffer owned outside the graph, whose owner knows its size; other graphs on the queue may use it as well.
     pub fn imported_buffer(&mut self, name: &str) -> BufferHandle {
         self.buffer(name, 0, Lifetime::Imported)

@@ -299,6 +299,6 @@ pub struct Resource {
     pub info: ResourceInfo,
     /// How long the contents must last.
     pub lifetime: Lifetime,
-    /// What a persistent buffer holds before the first frame.
+    /// What a persistent buffer, or an image of one level and one layer, holds before the first frame.
     pub contents: Option<Arc<[u8]>>,
 }

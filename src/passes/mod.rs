@@ -26,6 +26,7 @@ pub mod light_starts;
 pub mod light_volumes;
 pub mod merge;
 pub mod path_trace;
+pub mod points;
 pub mod present;
 pub mod reference;
 pub mod scene;

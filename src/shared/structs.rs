@@ -99,8 +99,24 @@ shared_structs! {
         pub tone_map: u32,
         /// Share of the light paths that start at the environment.
         pub environment_share: f32,
-        /// Unused.
-        pub padding: u32,
+        /// Leaves of the points' tree, a power of two; 0 without points.
+        pub point_leaf_count: u32,
+        /// Radius of a leaf's disc.
+        pub point_leaf_radius: f32,
+        /// A node is a primary point when its sphere has at most this radius in the picture, in pixels,
+        pub primary_radius_px: f32,
+        /// and the cosine of its cone of normals is at least this.
+        pub primary_cone_cos: f32,
+        /// A hit of a micro-buffer becomes a node that subtends at most so many of its texels,
+        pub hit_texels: f32,
+        /// and whose cone of normals has at least this cosine.
+        pub hit_cone_cos: f32,
+        /// Leaves of a node from which suns and lamps are looked for.
+        pub sun_leaves: u32,
+        /// Reach of a radiance cache over the radius of its point.
+        pub cache_reach: f32,
+        /// Cosine of the angle between normals beyond which a radiance cache says nothing.
+        pub cache_cone_cos: f32,
     }
 
     /// A material as traced rays see it.
@@ -277,5 +293,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 96);
+    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 128);
 };

@@ -59,6 +59,11 @@ pub trait Technique: Sync {
         0
     }
 
+    /// Binary logarithm of the number of points that it needs spread over the scene's surfaces.
+    fn point_count_log2(&self, _settings: &Settings) -> Option<u32> {
+        None
+    }
+
     /// Whether it gathers samples over many rounds, so that a frame may take long.
     fn is_reference(&self) -> bool {
         false

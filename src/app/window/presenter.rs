@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::loader::Loaded;
-use crate::Result;
 use crate::app::setup::gpu_options;
 use crate::gpu::{
     Acquired, FRAMES_IN_FLIGHT, FrameResult, FrameTicket, Gpu, Overlay, PanelPainter, PanelPicture, Presented, Surface,
@@ -15,6 +14,7 @@ use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, UploadedScene, Window
 use crate::scene::{Camera, Scene};
 use crate::settings::Settings;
 use crate::shared::PunctualLight;
+use crate::{Result, techniques};
 
 /// What became of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,7 +179,8 @@ impl Presenter {
     /// # Errors
     /// When the scene does not fit the device or the settings.
     pub fn set_scene(&mut self, loaded: Loaded, camera: &Camera, settings: &Settings) -> Result<()> {
-        let uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.tracing.rays)?;
+        let mut uploaded = UploadedScene::upload(&self.gpu, &loaded.scene, &loaded.ready, settings.tracing.rays)?;
+        uploaded.spread_points(&loaded.scene, techniques::of(settings)?.point_count_log2(settings))?;
         let main = self.compile_side(&Job::new(&self.gpu, &uploaded, camera, settings), (Part::Whole, false), None)?;
         self.retire()?;
         self.frames = Some(SceneFrames { main, held: None, uploaded });
@@ -193,6 +194,7 @@ impl Presenter {
     /// # Errors
     /// When the settings do not fit the device.
     pub fn adapt(&mut self, camera: &Camera, settings: &Settings, inspect: bool) -> Result<bool> {
+        self.spread_points(settings)?;
         let Some(SceneFrames { main, held, uploaded }) = &self.frames else { return Ok(false) };
         let part = if held.is_some() { Part::Right } else { Part::Whole };
         let Side { renderer, measured_with } = main;
@@ -210,6 +212,7 @@ impl Presenter {
     /// # Errors
     /// When the settings do not fit the device.
     pub fn adapt_held(&mut self, camera: &Camera, settings: Option<&Settings>, inspect: bool) -> Result<bool> {
+        settings.map_or(Ok(()), |settings| self.spread_points(settings))?;
         let Some(SceneFrames { main, held, uploaded }) = &self.frames else { return Ok(false) };
         let job = |settings| Job::new(&self.gpu, uploaded, camera, settings);
         let side = match (held, settings) {
@@ -227,6 +230,15 @@ impl Presenter {
         };
         self.replace(|frames| frames.held = side)?;
         Ok(true)
+    }
+
+    /// Spreads the points that settings need over the scene, if it does not have them.
+    fn spread_points(&mut self, settings: &Settings) -> Result<()> {
+        let wanted = techniques::of(settings)?.point_count_log2(settings);
+        match (&mut self.frames, &self.scene) {
+            (Some(frames), Some(scene)) => frames.uploaded.spread_points(scene, wanted),
+            _ => Ok(()),
+        }
     }
 
     /// Measures the lights anew, as after the sun has moved far.

@@ -1,0 +1,9 @@
+// Where words lie in an image of them, four in a texel. Needs constants.glsl.
+#ifndef WORDS
+#define WORDS
+#extension GL_EXT_samplerless_texture_functions : require
+
+ivec2 texel_place(uint i) {
+    return ivec2(i % WORD_ROW_TEXELS, i / WORD_ROW_TEXELS);
+}
+#endif

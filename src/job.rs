@@ -39,6 +39,22 @@ impl<'a> Job<'a> {
         self.scene.environment_cells[0] > 0 && self.settings.environment.scale > 0.0
     }
 
+    /// Luminance of the flux of all light paths: that of the scene's lights and of the environment.
+    #[must_use]
+    pub fn emitted_luminance(&self) -> f64 {
+        self.scene.light_flux + self.environment_luminance()
+    }
+
+    fn environment_luminance(&self) -> f64 {
+        f64::from(self.settings.environment.scale) * self.scene.environment_flux
+    }
+
+    /// Share of the light paths that start at the environment.
+    fn environment_share(&self) -> f32 {
+        let environment = self.environment_luminance();
+        if environment > 0.0 { (environment / self.emitted_luminance()) as f32 } else { 0.0 }
+    }
+
     /// The frame's constants, without those of a technique.
     #[must_use]
     pub fn frame_data(&self) -> FrameData {
@@ -55,8 +71,6 @@ impl<'a> Job<'a> {
         };
         let environment = &settings.environment;
         let environment_cells = if self.has_environment() { scene.environment_cells } else { [0; 2] };
-        let environment_flux = f64::from(environment.scale) * scene.environment_flux;
-        let all_flux = scene.light_flux + environment_flux;
         FrameData {
             clip_from_world: view.clip_from_world.to_cols_array_2d(),
             eye_ws: view.eye_ws.to_array(),
@@ -76,7 +90,7 @@ impl<'a> Job<'a> {
             first_point_light: scene.first_point_light,
             environment_cells,
             environment_scale: environment.scale * scene.environment_scale,
-            environment_share: if environment_flux > 0.0 { (environment_flux / all_flux) as f32 } else { 0.0 },
+            environment_share: self.environment_share(),
             environment_turn: environment.turn_deg / 360.0,
             exposure,
             exposure_compensation: settings.picture.exposure_compensation.exp2(),

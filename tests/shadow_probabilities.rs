@@ -8,7 +8,8 @@ use common::rooms::{lamp_room, surface};
 use glam::{IVec3, UVec3, Vec3};
 use gridlight::cpu::count_lights::{LevelTable, TABLE_WORDS};
 use gridlight::cpu::grid::{Grid, corner, trilinear_weight};
-use gridlight::cpu::lights::{LightList, blend_weight, light_response, luminance};
+use gridlight::cpu::lights::{Clamp, LightList, blend_weight, light_response, luminance};
+use gridlight::cpu::merge_lights::original_light;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::build_binary;
@@ -64,7 +65,7 @@ struct Hierarchy {
     table: LevelTable,
     lights: Vec<GridLight>,
     originals: LightList,
-    clamp_squared: f32,
+    clamp: Clamp,
 }
 
 impl Hierarchy {
@@ -85,7 +86,7 @@ impl Hierarchy {
             table: LevelTable(words[..TABLE_WORDS].try_into().unwrap()),
             lights: bytemuck::pod_collect_to_vec(&read(outputs.grid.lights)),
             originals,
-            clamp_squared: renderer.frame_data().clamp_squared,
+            clamp: Clamp::of(renderer.frame_data()),
         }
     }
 
@@ -148,7 +149,8 @@ impl Hierarchy {
             let offset = Vec3::from(light.position_ws) - position;
             let radius = alpha * self.grid.cell_size(light.level);
             let blended = blend_weight(offset.length(), radius, light.level, 1, top);
-            let response = light_response(offset, normal, Vec3::from(light.lobe), Lobe::Mixture, self.clamp_squared);
+            let response =
+                light_response(offset, normal, Vec3::from(light.lobe), Lobe::Mixture, self.clamp.of_light(light));
             f64::from(light.luminance * blended * response)
         };
         self.lights[..self.table.range(top).end].iter().map(weight).collect()
@@ -176,9 +178,11 @@ impl Hierarchy {
 
     /// What light `j` sends to a receiver, in red.
     fn sent(&self, j: usize, position: Vec3, normal: Vec3) -> f64 {
-        let offset = Vec3::from(self.originals.position(j)) - position;
-        let response = light_response(offset, normal, self.originals.normal(j), Lobe::Mixture, self.clamp_squared);
-        f64::from(ALBEDO * response * self.originals.flux(j).x)
+        let light = original_light(&self.originals, j);
+        let offset = Vec3::from(light.position_ws) - position;
+        let clamp_squared = self.clamp.of_light(&light);
+        let response = light_response(offset, normal, Vec3::from(light.lobe), Lobe::Mixture, clamp_squared);
+        f64::from(ALBEDO * response * light.flux[0])
     }
 }
 

@@ -7,7 +7,7 @@ use common::compare::{Verdict, all_finite, near};
 use common::rooms::{lamp_room, surface};
 use glam::Vec3;
 use gridlight::cpu::grid::Grid;
-use gridlight::cpu::lights::{blend_weight, light_response, lobe_of_level};
+use gridlight::cpu::lights::{Clamp, blend_weight, light_response, lobe_of_level};
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::Scene;
@@ -39,7 +39,7 @@ fn settings(lighting: LightingMode, alpha: f32, first_level: u32) -> Settings {
 struct Hierarchy {
     lights: Vec<GridLight>,
     grid: Grid,
-    clamp_squared: f32,
+    clamp: Clamp,
 }
 
 /// Radiance of one frame, with the lights that made it.
@@ -58,9 +58,9 @@ fn render(scene: &Scene, settings: &Settings) -> (Vec<Vec3>, Hierarchy) {
     lights.truncate(sub_images[levels.top as usize + 1] as usize);
     let placement: Vec<GridPlacement> = bytemuck::pod_collect_to_vec(&read(hierarchy.placement));
     let grid = Grid { placement: placement[0], levels, center: settings.lgh.center };
-    let clamp_squared = renderer.frame_data().clamp_squared;
-    assert!(clamp_squared > 0.0 && clamp_squared.is_finite(), "{clamp_squared}");
-    (radiance, Hierarchy { lights, grid, clamp_squared })
+    let clamp = Clamp::of(renderer.frame_data());
+    assert!(clamp.squared > 0.0 && clamp.squared.is_finite(), "{clamp:?}");
+    (radiance, Hierarchy { lights, grid, clamp })
 }
 
 /// The lighting of one pixel by every light in turn.
@@ -73,7 +73,7 @@ fn lighting(settings: &Settings, by: &Hierarchy, p: Vec3, normal: Vec3) -> Vec3 
             let radius = settings.lgh.alpha * by.grid.cell_size(light.level);
             let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, top);
             let kind = lobe_of_level(light.level, settings.lgh.lobe);
-            let response = light_response(offset, normal, Vec3::from(light.lobe), kind, by.clamp_squared);
+            let response = light_response(offset, normal, Vec3::from(light.lobe), kind, by.clamp.of_light(light));
             Vec3::from(light.flux) * (weight * response)
         })
         .sum()
@@ -162,6 +162,23 @@ fn every_lobe_and_centre_is_its_formula() {
                 assert!(compare(&gpu, &by(other)).is_err(), "{what}: {other:?} is as good");
             }
         }
+    }
+}
+
+#[test]
+fn vpls_of_much_flux_are_clamped_at_larger_distances() {
+    let scene = room();
+    for mode in [LightingMode::Volumes, LightingMode::Gather] {
+        let settings = settings(mode, 1.0, 0).changed(|s| {
+            s.many_lights.clamp = 4.0;
+            // The last bounces leave much less flux than the first.
+            s.many_lights.bounces = 6;
+        });
+        let (radiance, mut by) = render(&scene, &settings);
+        let gpu: Vec<Vec3> = radiance.iter().map(|radiance| *radiance / ALBEDO).collect();
+        compare(&gpu, &sums(&settings, &scene, &by)).unwrap_or_else(|e| panic!("{mode:?}: {e}"));
+        by.clamp.large_vpl_luminance = f32::MAX;
+        assert!(compare(&gpu, &sums(&settings, &scene, &by)).is_err(), "{mode:?}: one distance for all is as good");
     }
 }
 

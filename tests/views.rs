@@ -12,7 +12,7 @@ use common::rooms::{furnished_room, lamp_room, surface};
 use glam::Vec3;
 use gridlight::app::counts;
 use gridlight::cpu::grid::Grid;
-use gridlight::cpu::lights::{blend_weight, light_response, lobe_of_level, luminance};
+use gridlight::cpu::lights::{Clamp, blend_weight, light_response, lobe_of_level, luminance};
 use gridlight::environment::Environment;
 use gridlight::files::pictures::{read_exr, read_png};
 use gridlight::gpu::Gpu;
@@ -236,13 +236,14 @@ fn merged_lights(renderer: &Renderer) -> (Vec<Vec<GridLight>>, Grid) {
 
 /// Number of lights that contribute, and the luminance of each level's lighting.
 fn sum(settings: &Settings, frame: &FrameData, lights: &[GridLight], grid: &Grid, at: (Vec3, Vec3)) -> (f32, Vec<f32>) {
+    let clamp = Clamp::of(frame);
     let (mut count, mut levels) = (0.0, vec![0.0; MAX_LEVEL as usize + 1]);
     for light in lights {
         let offset = Vec3::from(light.position_ws) - at.0;
         let radius = settings.lgh.alpha * grid.cell_size(light.level);
         let weight = blend_weight(offset.length(), radius, light.level, settings.lgh.first_level, grid.levels.top);
         let kind = lobe_of_level(light.level, settings.lgh.lobe);
-        let response = weight * light_response(offset, at.1, Vec3::from(light.lobe), kind, frame.clamp_squared);
+        let response = weight * light_response(offset, at.1, Vec3::from(light.lobe), kind, clamp.of_light(light));
         if response > 0.0 {
             count += 1.0;
             levels[light.level as usize] += response * luminance(Vec3::from(light.flux));

@@ -30,7 +30,7 @@ vec3 shade(uint light, vec3 position, vec3 normal, vec3 origin) {
     vec3 light_position = uintBitsToFloat(position_normal.xyz);
     vec3 lobe = original_lobe(position_normal, flux);
     vec3 offset = light_position - position;
-    float response = light_response(offset, length(offset), normal, lobe, 0u);
+    float response = light_response(offset, length(offset), normal, lobe, 0u, luminance(flux.rgb));
     if (response <= 0.0) {
         return vec3(0.0);
     }

@@ -80,10 +80,20 @@ float lobe_intensity(vec3 lobe, vec3 w, uint kind) {
     return ((1.0 - agreement) * 0.25 + max(along, 0.0)) / PI;
 }
 
+// Luminance of a merged light that is one of S0, before it was dealt: deal scales its weight, 1, as well.
+float own_luminance(GridLight merged) { return merged.luminance / merged.weight; }
+
+// Squared distance below which a light does not grow brighter. A VPL of much flux stands for a disc as much larger: where few
+// paths start, VPLs are much brighter, and each would leave a glow around it. Lamps, which have no lobe, stand for no disc.
+float clamp_squared_of(vec3 lobe, uint level, float own_luminance) {
+    bool is_vpl = level == 0u && lobe != vec3(0.0);
+    return is_vpl ? frame.clamp_squared * max(own_luminance / frame.large_vpl_luminance, 1.0) : frame.clamp_squared;
+}
+
 // Outgoing radiance per unit albedo and unit flux at a surface point; `offset` leads from it to the light of a level.
-// The lights themselves, level 0, have the lobe that is exact for them.
-float light_response(vec3 offset, float distance, vec3 normal, vec3 lobe, uint level) {
-    float clamped = max(distance * distance, clamp_squared());
+// The lights themselves, level 0, have the lobe that is exact for them; `own_luminance` of their flux is read for them alone.
+float light_response(vec3 offset, float distance, vec3 normal, vec3 lobe, uint level, float own_luminance) {
+    float clamped = max(distance * distance, clamp_squared_of(lobe, level, own_luminance));
     vec3 w = offset / max(distance, 1e-20);
     float cosine = max(dot(normal, w), 0.0);
     return cosine <= 0.0 ? 0.0 : lobe_intensity(lobe, -w, level == 0u ? LOBE_MIXTURE : LOBE) * cosine / clamped / PI;

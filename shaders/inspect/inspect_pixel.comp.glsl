@@ -69,7 +69,7 @@ void add_light(inout InspectedLevel sum, uint light, vec3 position_ws, vec3 norm
     vec3 offset = merged_lights[light].position_ws - position_ws;
     float distance = length(offset);
     float weight = blend_weight(distance, radius, level, first_level(), top_level());
-    float response = weight * light_response(offset, distance, normal, merged_lights[light].lobe, level);
+    float response = weight * light_response(offset, distance, normal, merged_lights[light].lobe, level, own_luminance(merged_lights[light]));
     if (response <= 0.0) {
         return;
     }

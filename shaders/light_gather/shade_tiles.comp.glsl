@@ -93,12 +93,14 @@ void add_light(Pixel pixel, uint candidate, inout Gathered gathered) {
     uint level = candidate >> LEVEL_SHIFT;
     uint light = candidate & LIGHT_MASK;
     vec4 position_radius = texelFetch(light_texels, light_texel(light, 0u), 0);
-    vec3 lobe = texelFetch(light_texels, light_texel(light, 1u), 0).xyz;
-    vec3 flux = texelFetch(light_texels, light_texel(light, 2u), 0).xyz;
+    vec4 lobe_luminance = texelFetch(light_texels, light_texel(light, 1u), 0);
+    vec4 flux_weight = texelFetch(light_texels, light_texel(light, 2u), 0);
     vec3 offset = position_radius.xyz - pixel.position_ws;
     float distance = length(offset);
     float weight = blend_weight(distance, position_radius.w, level, first_level(), top_level());
-    vec3 radiance = weight * light_response(offset, distance, pixel.normal, lobe, level) * flux;
+    float own_luminance = lobe_luminance.w / flux_weight.w;
+    float response = weight * light_response(offset, distance, pixel.normal, lobe_luminance.xyz, level, own_luminance);
+    vec3 radiance = response * flux_weight.xyz;
     float f = level >= first_shadow_level() ? luminance(radiance) : 0.0;
     gathered.lighting += vec4(radiance, f);
 #ifndef RESERVOIR_NONE

@@ -14,5 +14,5 @@ float blended_response(vec3 position_ws, vec3 normal, uint index, float radius, 
     if (weight <= 0.0) {
         return 0.0;
     }
-    return weight * light_response(offset, distance, normal, merged_lights[index].lobe, level);
+    return weight * light_response(offset, distance, normal, merged_lights[index].lobe, level, own_luminance(merged_lights[index]));
 }

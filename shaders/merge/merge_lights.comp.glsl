@@ -30,7 +30,7 @@ void store(uint index, GridLight light) {
     float radius = alpha() * cell_size(grid.h_top, light.level);
     imageStore(light_texels, light_texel(index, 0u), vec4(light.position_ws, radius));
     imageStore(light_texels, light_texel(index, 1u), vec4(light.lobe, light.luminance));
-    imageStore(light_texels, light_texel(index, 2u), vec4(light.flux, 0.0));
+    imageStore(light_texels, light_texel(index, 2u), vec4(light.flux, light.weight));
 }
 
 void deal(GridLight light, uint index, uint count) {
@@ -43,6 +43,7 @@ void deal(GridLight light, uint index, uint count) {
     }
     light.flux *= float(sub_image_count);
     light.luminance *= float(sub_image_count);
+    light.weight *= float(sub_image_count);
     store(sub_images[SUB_IMAGE_STRIDE * (index % sub_image_count) + light.level] + index / sub_image_count, light);
 }
 

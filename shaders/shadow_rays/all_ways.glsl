@@ -120,8 +120,8 @@ WayLight way_light(uint index, DealtLevel dealt, Receiver receiver) {
     vec3 offset = position_radius.xyz - receiver.position_ws;
     float distance = length(offset);
     float weight = blend_weight(distance, position_radius.w, dealt.level, first_level(), top_level());
-    float response = weight * light_response(offset, distance, receiver.normal, lobe_luminance.xyz, dealt.level);
     float luminance = has_all ? lobe_luminance.w : lobe_luminance.w / float(sub_image_count);
+    float response = weight * light_response(offset, distance, receiver.normal, lobe_luminance.xyz, dealt.level, luminance);
     return WayLight(dealt.is_chosen_from ? response : 0.0, luminance);
 }
 

@@ -157,8 +157,10 @@ ShadowSample sample_of_chosen(Receiver receiver, GridLight chosen, float share, 
     if (DESCEND != 0u) {
         vec3 offset = sender.position_ws - receiver.position_ws;
         vec3 chosen_offset = chosen.position_ws - receiver.position_ws;
-        float response = light_response(offset, length(offset), receiver.normal, sender.lobe, sender.level);
-        float expected = light_response(chosen_offset, length(chosen_offset), receiver.normal, chosen.lobe, chosen.level);
+        float response = light_response(offset, length(offset), receiver.normal, sender.lobe, sender.level,
+            luminance(sender.flux));
+        float expected = light_response(chosen_offset, length(chosen_offset), receiver.normal, chosen.lobe, chosen.level,
+            own_luminance(chosen));
         result.estimate *= min(response / max(expected, 1e-30), MAX_RESPONSE_RATIO);
         result.has_ray = response > 0.0;
     }
@@ -186,12 +188,13 @@ ShadowSample sample_of_all_ways(Receiver receiver, uint light, float share, inou
     }
     result.sender = original_sender(original);
     vec3 offset = result.sender.position_ws - receiver.position_ws;
-    float response = light_response(offset, length(offset), receiver.normal, result.sender.lobe, 0u);
+    float brightness = luminance(result.sender.flux);
+    float response = light_response(offset, length(offset), receiver.normal, result.sender.lobe, 0u, brightness);
     if (response > 0.0) {
         float expected = expected_on_all_ways(chosen_for(original, result.sender.position_ws, receiver), receiver);
         float taken = is_elsewhere ? ELSEWHERE_SHARE / elsewhere : receiver.total / receiver.unit;
         float weight = share * taken * response / expected;
-        result.estimate = result.sender.flux * (weight / max(luminance(result.sender.flux), 1e-30));
+        result.estimate = result.sender.flux * (weight / max(brightness, 1e-30));
         result.has_ray = true;
     }
     return result;

@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use crate::settings::Lobe;
+use crate::shared::{FrameData, GridLight};
 
 use crate::scene::octahedral::unpack_octahedral;
 
@@ -97,6 +98,31 @@ pub fn lobe_of_level(level: u32, kind: Lobe) -> Lobe {
     if level == 0 { Lobe::Mixture } else { kind }
 }
 
+/// Below which distance lights do not grow brighter.
+#[derive(Clone, Copy, Debug)]
+pub struct Clamp {
+    /// Squared, of lights that stand for a disc of the usual size, in square metres.
+    pub squared: f32,
+    /// VPLs whose flux has more luminance than this stand for discs as much larger.
+    pub large_vpl_luminance: f32,
+}
+
+impl Clamp {
+    /// That of a frame.
+    #[must_use]
+    pub fn of(frame: &FrameData) -> Self {
+        Self { squared: frame.clamp_squared, large_vpl_luminance: frame.large_vpl_luminance }
+    }
+
+    /// Squared, of a light of the hierarchy, which may be a merged one.
+    #[must_use]
+    pub fn of_light(self, light: &GridLight) -> f32 {
+        let is_vpl = light.level == 0 && Vec3::from(light.lobe) != Vec3::ZERO;
+        let own_luminance = light.luminance / light.weight;
+        if is_vpl { self.squared * (own_luminance / self.large_vpl_luminance).max(1.0) } else { self.squared }
+    }
+}
+
 /// Outgoing radiance per unit albedo and unit flux of a light whose lobe is of this kind; `offset` leads from the surface
 /// to the light.
 #[must_use]
@@ -184,6 +210,23 @@ mod tests {
         assert!((ahead(Lobe::Mixture) - 1.0).abs() < 1e-6 && (ahead(Lobe::Sh1Nonlinear) - 1.0).abs() < 1e-6);
         assert!((ahead(Lobe::Sh1) - 0.75).abs() < 1e-6);
         assert!(lobe_intensity(Vec3::Z, -Vec3::Z, Lobe::Sh1Nonlinear).abs() < 1e-6);
+    }
+
+    #[test]
+    fn clamps_by_hand() {
+        let clamp = Clamp { squared: 0.5, large_vpl_luminance: 3.0 };
+        let light = |level, lobe: Vec3, luminance, weight| GridLight {
+            level,
+            lobe: lobe.to_array(),
+            luminance,
+            weight,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        assert_eq!(clamp.of_light(&light(0, Vec3::X, 3.0, 1.0)), 0.5);
+        assert_eq!(clamp.of_light(&light(0, Vec3::X, 12.0, 1.0)), 2.0, "a disc four times as large");
+        assert_eq!(clamp.of_light(&light(0, Vec3::X, 48.0, 16.0)), 0.5, "as it was before it was dealt");
+        assert_eq!(clamp.of_light(&light(0, Vec3::ZERO, 12.0, 1.0)), 0.5, "a lamp");
+        assert_eq!(clamp.of_light(&light(1, Vec3::X, 12.0, 1.0)), 0.5, "many lights");
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub fn merge_lights(
         let scaled = GridLight {
             flux: light.flux.map(|f| f * sub_image_count as f32),
             luminance: light.luminance * sub_image_count as f32,
+            weight: light.weight * sub_image_count as f32,
             ..light
         };
         merged[first(index % sub_image_count) + index / sub_image_count] = scaled;

@@ -23,6 +23,8 @@ pub struct LightShape {
     pub shadow_samples: u32,
     /// Radius of the disc that a VPL stands for, in metres; 0 where there are none.
     pub vpl_radius: f32,
+    /// Flux that half of the VPLs exceed, as a share of what all lights emit (luminances); 0 where there are none.
+    pub vpl_flux_share: f32,
 }
 
 impl LightShape {

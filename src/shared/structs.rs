@@ -117,6 +117,10 @@ shared_structs! {
         pub cache_reach: f32,
         /// Cosine of the angle between normals beyond which a radiance cache says nothing.
         pub cache_cone_cos: f32,
+        /// Unused.
+        pub padding: [f32; 3],
+        /// VPLs whose flux has more luminance than this stand for larger discs, and their `clamp_squared` is as much larger.
+        pub large_vpl_luminance: f32,
     }
 
     /// A material as traced rays see it.
@@ -293,5 +297,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 128);
+    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 144);
 };

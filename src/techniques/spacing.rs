@@ -11,9 +11,14 @@ const NEIGHBOURS: usize = 8;
 /// half have more, so that it does not matter how far away the farthest of them are. 0 where there are fewer than two.
 pub(super) fn disc_radius(positions: &[[f32; 3]]) -> f32 {
     let step = positions.len().div_ceil(QUERIES).max(1);
-    let mut radii: Vec<f32> = (0..positions.len()).step_by(step).map(|light| radius_around(positions, light)).collect();
-    let middle = radii.len() / 2;
-    if radii.is_empty() { 0.0 } else { *radii.select_nth_unstable_by(middle, f32::total_cmp).1 }
+    let radii: Vec<f32> = (0..positions.len()).step_by(step).map(|light| radius_around(positions, light)).collect();
+    median(radii)
+}
+
+/// The middle one, or the upper one of the two in the middle; 0 where there are none.
+pub(super) fn median(mut values: Vec<f32>) -> f32 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f32::total_cmp).1 }
 }
 
 /// The radius for one light: a disc around it that reaches to its k-th neighbour is shared by k lights.

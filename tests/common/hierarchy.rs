@@ -159,6 +159,7 @@ pub fn shape(options: Options) -> LghShape {
             scene_light_count: 0,
             shadow_samples: 0,
             vpl_radius: 0.0,
+            vpl_flux_share: 0.0,
         },
         picture_px: SIZE_PX,
         interleave: options.interleave,

@@ -203,6 +203,7 @@ def merged(dump, _rng, _pixels):
             if len(lights) >= sub_image_count:
                 part["flux"] *= sub_image_count
                 part["luminance"] *= sub_image_count
+                part["weight"] *= sub_image_count
             parts.append(part)
     expected = np.concatenate(parts)
     scales = {key: 1.0 if key == "lobe" else magnitude(expected[key]) for key in found.dtype.names}

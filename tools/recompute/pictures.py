@@ -68,7 +68,10 @@ class Surface:
         length = np.minimum(np.linalg.norm(lights["lobe"], axis=1), 1.0)
         towards = np.maximum(-(lights["lobe"] * w).sum(axis=1), 0.0)
         intensity = ((1.0 - length) * 0.25 + towards) / np.pi
-        response = weight * intensity * cosine / np.maximum(d * d, frame["clamp_squared"]) / np.pi
+        is_vpl = (lights["level"] == 0) & (length > 0.0)
+        own_luminance = lights["luminance"] / lights["weight"]
+        larger = np.where(is_vpl, np.maximum(own_luminance / frame["large_vpl_luminance"], 1.0), 1.0)
+        response = weight * intensity * cosine / np.maximum(d * d, frame["clamp_squared"] * larger) / np.pi
         return response[:, None] * lights["flux"].astype(np.float64), int(start)
 
 

@@ -135,6 +135,7 @@ pub fn frame_constants(data: &FrameData) -> Value {
         "scene_lights": data.scene_lights,
         "alpha": data.alpha,
         "clamp_squared": data.clamp_squared,
+        "large_vpl_luminance": data.large_vpl_luminance,
         "exposure": data.exposure,
         "exposure_compensation": data.exposure_compensation,
         "tone_map": data.tone_map,

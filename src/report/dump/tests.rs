@@ -37,6 +37,7 @@ const LIGHTS: LightShape = LightShape {
     scene_light_count: 1,
     shadow_samples: 4,
     vpl_radius: 0.0,
+    vpl_flux_share: 0.0,
 };
 
 fn lgh() -> LghShape {

@@ -86,7 +86,7 @@ pub(super) fn take_measures(shape: &mut LghShape, known: &LghShape) {
 /// Finds path count, levels and capacities by tracing the paths once.
 pub(super) fn measure(job: &Job<'_>, shape: &mut LghShape) -> Result<()> {
     many_lights::measure_paths(job, &mut shape.lights)?;
-    let positions = many_lights::trace(job, &shape.lights)?;
+    let positions = many_lights::trace(job, &shape.lights)?.positions;
     let fixed = match job.settings.lgh.levels {
         settings::Levels::Auto => None,
         settings::Levels::Fixed(top) => Some(top),

@@ -11,12 +11,7 @@ layout(set = 0, binding = 2, std430) buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Dispatches { uint dispatches[]; };
 layout(push_constant) uniform Push { uint first_counted; uint last_counted; uint capacity; };
 
-void write_dispatch(uint slot, uint groups) {
-    uint x = clamp(groups, 1u, DISPATCH_WIDTH);
-    dispatches[3u * slot] = x;
-    dispatches[3u * slot + 1u] = groups == 0u ? 0u : (groups + x - 1u) / x;
-    dispatches[3u * slot + 2u] = 1u;
-}
+#include "common/indirect.glsl"
 
 void main() {
     uint first = first_counted == 1u ? 0u : level_table[2u * (first_counted - 1u)] + level_table[2u * first_counted - 1u];

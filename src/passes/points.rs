@@ -10,6 +10,9 @@ use crate::shared::WORD_ROW_TEXELS;
 /// Bytes of a texel of four words.
 const TEXEL_BYTES: usize = 16;
 
+/// Levels of which all sides lie in the first word of a set of them; a tree has at least one more.
+pub const FIRST_LEVELS: u32 = 4;
+
 /// The tree, and which of its leaves are hit where.
 #[derive(Clone, Copy, Debug)]
 pub struct Points {
@@ -19,6 +22,8 @@ pub struct Points {
     pub nodes: ImageHandle,
     /// Albedo of each node, RGB9E5.
     pub albedos: BufferHandle,
+    /// A bit for each node: whether its normal opposes its parent's.
+    pub turned: BufferHandle,
     /// Leaves by cell.
     pub leaf_cells: BufferHandle,
     /// Cells of each triangle: the first one, and how many along an edge.
@@ -27,7 +32,11 @@ pub struct Points {
 
 impl Points {
     /// Declares the tree.
+    ///
+    /// # Panics
+    /// When the cloud has fewer than 2 to the power [`FIRST_LEVELS`] leaves.
     pub fn declare(frame: &mut Frame, cloud: &PointCloud) -> Self {
+        assert!(cloud.leaf_count_log2 >= FIRST_LEVELS, "{} leaves are too few", cloud.leaf_count());
         let mut texels = bytemuck::cast_slice(&cloud.nodes).to_vec();
         let row_bytes = WORD_ROW_TEXELS as usize * TEXEL_BYTES;
         let rows = texels.len().div_ceil(row_bytes);
@@ -38,6 +47,7 @@ impl Points {
             leaf_count_log2: cloud.leaf_count_log2,
             nodes: graph.filled_image("point_nodes", info, texels.into()),
             albedos: graph.filled_buffer("point_albedos", bytemuck::cast_slice(&cloud.albedos).into()),
+            turned: graph.filled_buffer("point_turned_bits", bytemuck::cast_slice(&cloud.turned_bits()).into()),
             leaf_cells: graph.filled_buffer("leaf_cells", bytemuck::cast_slice(&cloud.leaf_cells).into()),
             triangle_cells: graph.filled_buffer("triangle_cells", bytemuck::cast_slice(&cloud.triangle_cells).into()),
         }
@@ -55,15 +65,21 @@ impl Points {
         2 * self.leaf_count()
     }
 
-    /// Bytes of a set of sides: a bit for each key.
+    /// Words of a set of sides, a bit for each key.
     #[must_use]
-    pub fn side_bits_bytes(&self) -> u64 {
-        u64::from(self.side_bit_words()) * 4
+    pub fn side_words(&self) -> u32 {
+        2 * self.node_count() / 32
     }
 
-    /// Words of a set of sides.
-    #[must_use]
-    pub fn side_bit_words(&self) -> u32 {
-        (2 * self.node_count()).div_ceil(32)
+    /// Declares a set of sides.
+    pub fn side_bits(&self, frame: &mut Frame, name: &str) -> BufferHandle {
+        frame.graph.persistent_buffer(name, 4 * u64::from(self.side_words()))
+    }
+
+    /// The levels of the tree as parts of a set of sides, from the root down: first word and number of words. The first
+    /// part is word 0, which has the four levels that are smaller than a word.
+    pub fn levels(&self) -> impl DoubleEndedIterator<Item = [u32; 2]> + use<> {
+        let below = (FIRST_LEVELS..=self.leaf_count_log2).map(|level| [1 << (level - FIRST_LEVELS); 2]);
+        std::iter::once([0, 1]).chain(below)
     }
 }

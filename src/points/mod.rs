@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::scene::Scene;
+use crate::shared::POINT_IS_TURNED;
 pub use crate::shared::PackedNode;
 pub use leaf_cells::{CellRange, cell_of};
 pub use node::{Node, pack_rgb9e5, unpack_rgb9e5};
@@ -90,6 +91,14 @@ impl PointCloud {
     #[must_use]
     pub fn node(&self, index: u32) -> Node {
         Node::unpack(&self.nodes[index as usize])
+    }
+
+    /// A bit for each node: whether its normal opposes its parent's.
+    #[must_use]
+    pub fn turned_bits(&self) -> Vec<u32> {
+        let bit = |node: &PackedNode| u32::from(node.leaf_and_flags & POINT_IS_TURNED != 0);
+        let word = |nodes: &[PackedNode]| nodes.iter().rev().fold(0, |word, node| word << 1 | bit(node));
+        self.nodes.chunks(32).map(word).collect()
     }
 
     /// The leaf that stands for a point of a triangle. `barycentrics` are the weights of its second and third corner.

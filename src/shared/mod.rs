@@ -9,7 +9,7 @@ mod texels;
 
 pub use structs::{
     ALL as STRUCTS, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample,
-    LEVEL_ROWS, PunctualLight, StartCell, StartSample,
+    LEVEL_ROWS, PointCounts, PunctualLight, StartCell, StartSample,
 };
 
 pub use table::{FieldInfo, FieldKind, SharedStruct, StructInfo};
@@ -121,6 +121,18 @@ shared_constants! {
     POINT_IS_SOLID = 0x4000_0000;
     /// Flag there: its normal opposes its parent's, so that the two name their sides the other way round.
     POINT_IS_TURNED = 0x8000_0000;
+    /// The list of keys that has the primary points.
+    POINT_LIST_PRIMARIES = 0;
+    /// The list of keys that need a micro-buffer of their own.
+    POINT_LIST_NEEDED = 1;
+    /// Indirect dispatches of each list of keys.
+    POINT_DISPATCHES = 3;
+    /// Of these: a workgroup for each key.
+    POINT_DISPATCH_GROUP_EACH = 0;
+    /// A thread for each key, in workgroups of `WORKGROUP_SIZE`.
+    POINT_DISPATCH_THREAD_EACH = 1;
+    /// A workgroup for four keys.
+    POINT_DISPATCH_GROUP_OF_FOUR = 2;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

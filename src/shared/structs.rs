@@ -179,6 +179,20 @@ shared_structs! {
         pub light: f32,
     }
 
+    /// How many points are lit.
+    pub struct PointCounts as "PointCounts" {
+        /// Primary points in their list.
+        pub primary_count: u32,
+        /// Primary points that have no room there.
+        pub primaries_lost: u32,
+        /// Sides in the list of those that need a micro-buffer of their own.
+        pub needed_count: u32,
+        /// Sides that have no room there.
+        pub needed_lost: u32,
+        /// Sides that micro-buffers see.
+        pub seen_count: u32,
+    }
+
     /// A light of the hierarchy: S0 (VPLs and scene lights), S1 and up. Radiant intensity towards the unit
     /// direction w is `flux / pi * ((1 - |lobe|) / 4 + max(dot(lobe, w), 0))`.
     pub struct GridLight as "GridLight" {

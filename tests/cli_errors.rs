@@ -92,6 +92,8 @@ fn scene_files_that_cannot_be_read() {
     let mut command = place.command();
     command.arg(place.folder.path());
     place.check(1, &[place.folder.path().to_str().unwrap()], command);
+    place.scene("house.OBJ", "v 0 0 0", &["Wavefront OBJ", "glTF"]);
+    place.scene("house.usdz", "", &["USD", "glTF"]);
     place.scene("empty.glb", "", &[]);
     place.scene("empty.gltf", "", &["JSON is broken"]);
     place.scene("broken.gltf", r#"{"asset": {"version": "2.0"}, "meshes": ["#, &["JSON is broken"]);
@@ -284,9 +286,7 @@ fn contradictions_and_unknown_options() {
     place.options(2, &["exposure"], "--exposure 0");
     place.options(2, &["frames"], "--frames 0");
     place.options(2, &["two.glb"], "one.glb two.glb");
-    let mut windowed = program();
-    windowed.arg("--output").arg(place.path("out.exr"));
-    place.check(2, &["--headless"], windowed);
+    place.options(2, &["--script", "--output"], "--script steps.txt");
 }
 
 #[test]

@@ -194,7 +194,7 @@ fn an_interrupted_run_reports_what_it_has() {
     let options = format!("{SMALL} --frames-per-stage 100000000");
     let (code, last) = interrupt_at("stage 2 of 14 is finished", &arguments(folder.path(), &options));
     assert_eq!(code, Some(130), "{last}");
-    assert!(last.starts_with("error: interrupted after ") && last.contains(" of 14 stages"), "{last}");
+    assert!(last.starts_with("interrupted after ") && last.contains(" of 14 stages"), "{last}");
     assert_eq!(names(folder.path()), FILES);
     let report = json(folder.path());
     assert_eq!(report["interrupted"], true);
@@ -214,7 +214,7 @@ fn a_run_interrupted_before_its_first_stage_leaves_nothing() {
     let (code, last) = interrupt_at("BVH:", &arguments(&folder.path().join("d"), &options));
     assert_eq!(
         (code, last.as_str()),
-        (Some(130), "error: interrupted before the first stage was finished; nothing is written")
+        (Some(130), "interrupted before the first stage was finished; nothing is written")
     );
     assert!(names(folder.path()).is_empty());
 }

@@ -34,7 +34,9 @@ where
     match cli::parse(args).and_then(execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let _ = writeln!(std::io::stderr(), "error: {}", one_line(&error.to_string()));
+            // A run that was stopped and kept what it had is no failure.
+            let kind = if matches!(error, crate::Error::Interrupted(_)) { "" } else { "error: " };
+            let _ = writeln!(std::io::stderr(), "{kind}{}", one_line(&error.to_string()));
             ExitCode::from(error.exit_code())
         }
     }
@@ -103,7 +105,13 @@ fn start_log(verbosity: Verbosity) {
         // At every start it warns of displays that say little of themselves, as virtual ones do.
         .filter_module("winit", if others == LevelFilter::Warn { LevelFilter::Error } else { others })
         .parse_default_env()
-        .format_timestamp(None)
+        .format(|line, record| {
+            let level = record.level().as_str().to_lowercase();
+            match record.target() {
+                own if own.starts_with("gridlight") => writeln!(line, "{level}: {}", record.args()),
+                library => writeln!(line, "{level} ({library}): {}", record.args()),
+            }
+        })
         .target(env_logger::Target::Stderr)
         .try_init();
     if started.is_err() {

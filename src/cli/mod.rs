@@ -79,7 +79,7 @@ pub enum Command {
 /// Render scenes lit by very many lights with the Lighting Grid Hierarchy on Vulkan.
 #[derive(Debug, Parser)]
 #[command(name = "gridlight", version = VERSION, args_override_self = true, max_term_width = 110)]
-#[command(disable_help_flag = true, disable_version_flag = true, disable_help_subcommand = true)]
+#[command(disable_help_flag = true, disable_version_flag = true)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
     #[command(subcommand)]
@@ -160,13 +160,14 @@ impl Args {
         }
         let print_graph = self.graph.print_graph;
         let script = self.script.script.clone();
-        let settings = Box::new(self.into_settings()?);
-        if !settings.run.headless && !print_graph {
-            check_that_no_file_is_expected(&settings)?;
-            return Ok(Command::Window { settings, script, verbosity });
-        }
+        let mut settings = Box::new(self.into_settings()?);
+        // Only runs that end by themselves leave files.
+        settings.run.headless |= settings.output.asked_file().is_some();
         if script.is_some() {
-            return Err(Error::Usage("--script is for the window: leave out --headless and --print-graph".to_owned()));
+            check_that_a_script_has_a_window(&settings, print_graph)?;
+        }
+        if !settings.run.headless && !print_graph {
+            return Ok(Command::Window { settings, script, verbosity });
         }
         Ok(Command::Render { settings, print_graph, verbosity })
     }
@@ -196,16 +197,16 @@ impl Args {
     }
 }
 
-/// Files are written by runs that end by themselves.
-fn check_that_no_file_is_expected(settings: &Settings) -> Result<()> {
-    let files =
-        [("output", &settings.output.picture), ("timings", &settings.output.timings), ("dump", &settings.output.dump)];
-    match files.into_iter().find_map(|(name, path)| Some((name, path.as_ref()?))) {
-        None => Ok(()),
-        Some((name, path)) => {
-            Err(Error::Usage(format!("{name} {} is of a run without a window: add --headless", path.display())))
-        }
+/// A script is for the window, and a window writes no files by itself.
+fn check_that_a_script_has_a_window(settings: &Settings, print_graph: bool) -> Result<()> {
+    if let Some((name, path)) = settings.output.asked_file() {
+        let path = path.display();
+        return Err(Error::Usage(format!("--script is for the window, which does not write --{name} {path}")));
     }
+    if settings.run.headless || print_graph {
+        return Err(Error::Usage("--script is for the window: leave out --headless and --print-graph".to_owned()));
+    }
+    Ok(())
 }
 
 /// clap's message as one sentence: without the usage line and the pointer to `--help`.

@@ -171,8 +171,17 @@ fn without_headless_there_is_a_window() {
     assert_eq!((settings.scene.file, script), (Some("a.glb".into()), Some("s.txt".into())));
     let sentence = complaint(&["--headless", "--script", "s.txt"]);
     assert_eq!(sentence, "--script is for the window: leave out --headless and --print-graph");
-    assert_eq!(complaint(&["--output", "a.png"]), "output a.png is of a run without a window: add --headless");
     assert!(matches!(command(&["--print-graph"]), Ok(Command::Render { print_graph: true, .. })));
+}
+
+#[test]
+fn files_are_left_by_runs_without_a_window() {
+    for file in [["--output", "a.png"], ["--timings", "a.json"], ["--dump", "a"]] {
+        let Ok(Command::Render { settings, print_graph: false, .. }) = command(&file) else { panic!("{file:?}") };
+        assert!(settings.run.headless, "{file:?}");
+    }
+    let sentence = complaint(&["--script", "s.txt", "--output", "a.png"]);
+    assert_eq!(sentence, "--script is for the window, which does not write --output a.png");
 }
 
 #[test]

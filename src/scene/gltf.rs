@@ -23,12 +23,32 @@ const SUPPORTED_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quanti
 /// # Errors
 /// [`Error::File`] for everything that is wrong with the file or with those it refers to.
 pub fn load(path: &Path, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    if let Some(format) = other_format(path) {
+        let advice = "is not read: convert it to glTF (.gltf, .glb), with Blender's export for example";
+        return Err(Error::file(path, format_args!("{format} {advice}")));
+    }
     let bytes =
         std::fs::read(path).map_err(|e| Error::file(path, format_args!("the scene file cannot be read: {e}")))?;
     let base = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let name = path.file_stem().map_or_else(|| "scene".into(), OsStr::to_string_lossy);
     let document = Document::parse(path, Some(base), &bytes, progress)?;
     assemble(&name, &document, progress)
+}
+
+/// The name of a format that people have scenes in and that is not glTF, by the file's name.
+fn other_format(path: &Path) -> Option<&'static str> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    let formats: [(&str, &[&str]); 8] = [
+        ("Wavefront OBJ", &["obj"]),
+        ("FBX", &["fbx"]),
+        ("USD", &["usd", "usda", "usdc", "usdz"]),
+        ("COLLADA", &["dae"]),
+        ("Blender's format", &["blend"]),
+        ("3D Studio's format", &["3ds", "max"]),
+        ("STL", &["stl"]),
+        ("PLY", &["ply"]),
+    ];
+    formats.into_iter().find(|(_, extensions)| extensions.contains(&extension.as_str())).map(|(name, _)| name)
 }
 
 /// Loads a scene from the bytes of a GLB (or of a `.gltf` without external files), `name` standing for its path.

@@ -1,6 +1,6 @@
 //! The groups of settings that do not depend on the technique.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Serialize, Serializer};
 
@@ -210,6 +210,15 @@ impl Validate for WindowSettings {
     fn validate(&self) -> Result<()> {
         let RenderScale::Fixed(scale) = self.render_scale else { return Ok(()) };
         require((0.05..=1.0).contains(&scale), || format!("render-scale must be `auto` or from 0.05 to 1, not {scale}"))
+    }
+}
+
+impl OutputSettings {
+    /// A file or folder that is asked for, with the option that asks for it.
+    #[must_use]
+    pub fn asked_file(&self) -> Option<(&'static str, &Path)> {
+        let files = [("output", &self.picture), ("timings", &self.timings), ("dump", &self.dump)];
+        files.into_iter().find_map(|(option, path)| Some((option, path.as_deref()?)))
     }
 }
 

@@ -12,6 +12,25 @@ pub fn name(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
 }
 
+/// A number of things as people write it: `100000`, `100k`, `2M`, `1e5`.
+///
+/// # Errors
+/// When it is no whole number from 0 to 4294967295.
+pub(super) fn count(text: &str) -> Result<u32, String> {
+    let (digits, unit) = match text.chars().last() {
+        Some('k' | 'K') => (&text[..text.len() - 1], 1e3),
+        Some('m' | 'M') => (&text[..text.len() - 1], 1e6),
+        _ => (text, 1.0),
+    };
+    // Unlike f64's own notation: no signs, infinities or names.
+    let is_number = digits.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+    let found = digits.parse::<f64>().ok().filter(|_| is_number).map(|number| (number * unit).round());
+    let whole = found.filter(|n| (0.0..=f64::from(u32::MAX)).contains(n));
+    // What is lost in rounding is the fraction of `0.5`, not that of `1.2345k`.
+    let exact = whole.filter(|n| (n - digits.parse::<f64>().unwrap_or(f64::NAN) * unit).abs() < 1e-6);
+    exact.map(|n| n as u32).ok_or_else(|| format!("`{text}` is not a whole number such as 100000, 100k, 2M or 1e5"))
+}
+
 /// Which pipeline renders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -403,4 +422,29 @@ pub(super) fn name_or_index<'de, D: Deserializer<'de>>(deserializer: D) -> Resul
     let word = Option::<Word>::deserialize(deserializer)
         .map_err(|_| serde::de::Error::custom("expected a name or an index"))?;
     Ok(word.map(|word| word.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::count;
+
+    #[test]
+    fn counts_as_people_write_them() {
+        for (text, expected) in [
+            ("0", 0),
+            ("7", 7),
+            ("100k", 100_000),
+            ("2M", 2_000_000),
+            ("1e5", 100_000),
+            ("1.5k", 1500),
+            (".5m", 500_000),
+        ] {
+            assert_eq!(count(text), Ok(expected), "{text}");
+        }
+        assert_eq!(count("4294967295"), Ok(u32::MAX));
+        for text in ["", "k", "-1", "+1", "0.5", "1.2345k", "nan", "inf", "many", "1e99", "4294967296", "1e5k5", "1 k"]
+        {
+            assert!(count(text).is_err(), "{text}: {:?}", count(text));
+        }
+    }
 }

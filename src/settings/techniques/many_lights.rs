@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{at_least_one, require, within};
+use crate::settings::values::count;
 use crate::settings::{LightSet, Switch, VplImportance};
 use crate::shared::MAX_SHADOW_SAMPLES;
 
@@ -13,8 +14,8 @@ settings_group! {
         /// Lights of the hierarchy: traced virtual point lights, the scene's point lights, or both [default: vpl]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "vpl|scene|both")]
         pub lights: LightSet = LightSet::Vpl,
-        /// Virtual point lights, about this many, 1 or more [default: 100000]
-        #[arg(long, value_name = "N")]
+        /// Virtual point lights, about this many, 1 or more: 100000, 100k, 1e5 [default: 100000]
+        #[arg(long, value_name = "N", value_parser = count)]
         pub vpls: u32 = 100_000,
         /// Diffuse bounces of a light path, at most this many, 1 to 64 [default: 3]
         #[arg(long, value_name = "N")]

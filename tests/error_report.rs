@@ -124,6 +124,28 @@ fn numbers_follow_the_settings() {
     assert_eq!(metric(&coarse, "clamp", "rmse").to_bits(), metric(&near, "clamp", "rmse").to_bits());
 }
 
+/// More rays leave less noise, and the filter moves less light than one frame's noise does.
+#[test]
+fn an_environment_has_stages_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let with_rays = |rays: u32| {
+        let options = format!("--quiet --environment sky --environment-samples {rays} --frames-per-stage 4");
+        report(&folder.path().join(rays.to_string()), &format!("{options} --reference-samples 1 --vpls 50")).1
+    };
+    let (few, many) = (with_rays(1), with_rays(16));
+    assert_eq!(few["stages"].as_array().unwrap().len(), STAGES.len() + 2);
+    for found in [&few, &many] {
+        for name in ["environment noise", "environment filter"] {
+            let energy = metric(found, name, "energy_ratio");
+            assert!((energy - 1.0).abs() < 0.02, "{name}: energy {energy}");
+        }
+    }
+    let noise = |found: &Value| metric(found, "environment noise", "relmse");
+    assert!(noise(&few) > 4.0 * noise(&many), "noise of 1 ray {}, of 16 rays {}", noise(&few), noise(&many));
+    let filter = metric(&few, "environment filter", "relmse");
+    assert!(filter > 0.0 && filter < 0.5 * noise(&few), "the filter moves {filter}, noise is {}", noise(&few));
+}
+
 #[test]
 fn without_a_folder_the_table_goes_to_stdout() {
     let arguments: Vec<&str> = ["error-report"].into_iter().chain(SMALL.split(' ')).chain(["--quiet"]).collect();

@@ -11,8 +11,9 @@ use crate::settings::{
 use crate::{Error, Result, techniques};
 
 pub(super) const HELP: &str = "Every stage is a picture with one approximation against a picture without it, of \
-    indirect light alone; the last is the whole method against path tracing. Options are those of rendering, except \
-    what the stages decide themselves: technique, samples, frames, direct light, view and output.";
+    indirect light alone, those of an environment of direct light; the last is the whole method against path tracing. \
+    Options are those of rendering, except what the stages decide themselves: technique, samples, frames, direct light, \
+    view and output.";
 
 /// Where neither the command line nor the settings file says otherwise: a report in minutes on a software driver.
 const SIZE: Size = Size { width: 320, height: 180 };

@@ -10,6 +10,7 @@ use super::setup::{find_camera, load_scene, open_gpu, scene_info, upload};
 use crate::cli::ErrorReportOptions;
 use crate::compare::{Image, auto_exposure};
 use crate::progress::Progress;
+use crate::renderer::Job;
 use crate::report::error_report::{ErrorReport, SCHEMA, Side, Stage};
 use crate::report::machine::Machine;
 use crate::report::timings::{Device, Program};
@@ -35,7 +36,8 @@ pub fn report(settings: &Settings, options: &ErrorReportOptions, quiet: bool) ->
     // What `None` stood for.
     let reservoir = lgh::reservoir_mode(&gpu, settings)?;
     let settings = settings.clone().changed(|s| s.lgh.reservoir = Some(reservoir));
-    let plan = stages::plan(&settings, options);
+    let has_environment = Job::new(&gpu, &uploaded, camera, &settings).has_environment();
+    let plan = stages::plan(&settings, options, has_environment);
     let mut studio = Studio::new(&gpu, &uploaded, camera, progress);
     let (stages, exposure) = run_stages(&mut studio, &plan, settings.picture.exposure)?;
     let report = ErrorReport {

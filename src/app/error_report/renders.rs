@@ -88,27 +88,33 @@ impl<'a> Studio<'a> {
         check_interruption()?;
         let (first, count) = match frames {
             Frames::One => (0, 1),
-            Frames::Mean(count) => (0, count),
+            Frames::Mean(count) | Frames::MeanOfSingle(count) => (0, count),
             Frames::OneAfter(count) => (count, 1),
         };
-        let settings = settings.clone().changed(|s| s.render.accumulate = count);
+        let stand_alone = matches!(frames, Frames::MeanOfSingle(_));
+        let settings = settings.clone().changed(|s| s.render.accumulate = if stand_alone { 1 } else { count });
         let mut renderer = Renderer::new(&Job::new(self.gpu, self.scene, self.camera, &settings))?;
         if !techniques::of(&settings)?.is_reference() {
             // Some drivers compile shaders when they first run: that is no part of a frame of milliseconds.
             run_frame(&mut renderer, first, &settings, &|_| ())?;
         }
-        let mut ms = 0.0;
+        let (mut ms, mut sum) = (0.0, Vec::new());
         for index in 0..count {
             check_interruption()?;
             let part = |done: f64| report((SUBDIVISION as f64 * (f64::from(index) + done) / f64::from(count)) as u64);
             ms += run_frame(&mut renderer, first + index, &settings, &part)?;
+            if stand_alone {
+                add(&mut sum, &renderer.read_radiance()?);
+            }
             part(1.0);
         }
         if let Some(sentence) = renderer.complaint()? {
             log::warn!("{sentence}");
         }
         let size = settings.picture.size;
-        let image = Image::new(size.width as usize, size.height as usize, renderer.read_radiance()?)?;
+        let mean = |sum: Vec<f64>| sum.into_iter().map(|value| (value / f64::from(count)) as f32).collect();
+        let radiance = if stand_alone { mean(sum) } else { renderer.read_radiance()? };
+        let image = Image::new(size.width as usize, size.height as usize, radiance)?;
         Ok(Rendered { image, ms, noise: None })
     }
 }
@@ -122,6 +128,12 @@ fn run_frame(renderer: &mut Renderer, number: u32, settings: &Settings, report: 
     };
     let frame = renderer.run_in_steps(f64::from(settings.device.max_submit_ms), &mut on_step)?;
     if frame.rounds_done < frame.rounds { Err(interrupted()) } else { Ok(frame.times.gpu_ms()) }
+}
+
+/// Adds a picture to a sum, which is empty before the first.
+fn add(sum: &mut Vec<f64>, picture: &[f32]) {
+    sum.resize(picture.len(), 0.0);
+    sum.iter_mut().zip(picture).for_each(|(sum, value)| *sum += f64::from(*value));
 }
 
 fn check_interruption() -> Result<()> {

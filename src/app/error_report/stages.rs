@@ -12,6 +12,8 @@ pub enum Frames {
     One,
     /// The mean of so many frames with shadow samples of their own.
     Mean(u32),
+    /// The mean of as many, each made as if it stood alone: its noise is filtered as that of a single frame is.
+    MeanOfSingle(u32),
     /// One frame with shadow samples that no mean of so many frames has.
     OneAfter(u32),
 }
@@ -51,14 +53,19 @@ pub struct StagePlan {
     pub notes: Vec<String>,
 }
 
-/// The stages in the order of the method's approximations.
+/// The stages in the order of the method's approximations. `has_environment` says whether the scene's surroundings send
+/// light.
 #[must_use]
-pub fn plan(settings: &Settings, options: &ErrorReportOptions) -> Vec<StagePlan> {
-    let planner = Planner { settings, options };
+pub fn plan(settings: &Settings, options: &ErrorReportOptions, has_environment: bool) -> Vec<StagePlan> {
+    let samples_environment = has_environment && settings.environment.samples > 0;
+    let planner = Planner { settings, options, samples_environment };
     let mut stages = vec![planner.vpl_sampling(), planner.clamp(), planner.hierarchy(), planner.build()];
     stages.extend([planner.shadow_sampling(), planner.noise(), planner.filter(), planner.filtered_shadows()]);
     stages.extend(planner.estimates());
     stages.extend([2, 4].map(|side| planner.interleave(side)));
+    if samples_environment {
+        stages.extend([planner.environment_noise(), planner.environment_filter()]);
+    }
     stages.push(planner.whole_method());
     stages
 }
@@ -67,6 +74,8 @@ pub fn plan(settings: &Settings, options: &ErrorReportOptions) -> Vec<StagePlan>
 struct Planner<'a> {
     settings: &'a Settings,
     options: &'a ErrorReportOptions,
+    /// Shadow rays go towards the environment.
+    samples_environment: bool,
 }
 
 impl Planner<'_> {
@@ -193,10 +202,49 @@ impl Planner<'_> {
         stage(&name, &cause, self.mean(filter, 1), self.mean(filter, side), Vec::new())
     }
 
+    fn environment_noise(&self) -> StagePlan {
+        let frames = self.options.frames_per_stage;
+        let label = "direct light, one frame, unfiltered".to_owned();
+        let reference = self.direct_mean();
+        let recipe = Recipe { frames: Frames::OneAfter(frames), ..reference.recipe.clone() };
+        let notes = vec![
+            "Both pictures are of direct light, that of lamps and the background included.".to_owned(),
+            format!("The mean's own noise, 1/{frames} of the variance, is in it."),
+        ];
+        let rays = self.settings.environment.samples;
+        let cause = format!("The environment's direct light comes from {rays} shadow rays per pixel.");
+        stage("environment noise", &cause, reference, Picture { label, recipe, direct: None }, notes)
+    }
+
+    fn environment_filter(&self) -> StagePlan {
+        let frames = self.options.frames_per_stage;
+        let label = format!("direct light, mean of {frames} filtered frames");
+        let settings = self.of(Technique::Direct, Switch::On);
+        let settings = settings.changed(|s| s.lgh.filter = ShadowFilter::Atrous);
+        let recipe = Recipe { settings, frames: Frames::MeanOfSingle(frames) };
+        let mut notes = vec!["The filter's frames have the same samples as the mean's.".to_owned()];
+        if self.settings.lgh.filter == ShadowFilter::None {
+            notes.push("The settings leave this filter out.".to_owned());
+        }
+        let cause = "The environment's direct light is blurred across each surface.";
+        let test = Picture { label, recipe, direct: None };
+        stage("environment filter", cause, self.direct_mean(), test, notes)
+    }
+
+    /// Direct light with little noise of the environment's samples, and no filter.
+    fn direct_mean(&self) -> Picture {
+        let frames = self.options.frames_per_stage;
+        let label = format!("direct light, mean of {frames} frames, unfiltered");
+        let settings = self.of(Technique::Direct, Switch::On).changed(|s| s.lgh.filter = ShadowFilter::None);
+        Picture { label, recipe: Recipe { settings, frames: Frames::Mean(frames) }, direct: None }
+    }
+
     fn whole_method(&self) -> StagePlan {
         let mut reference = self.path_traced();
         reference.label += ", with direct light";
-        reference.direct = Some(Recipe { settings: self.of(Technique::Direct, Switch::On), frames: Frames::One });
+        // Lamps alone leave no noise.
+        let one_frame = || Recipe { settings: self.of(Technique::Direct, Switch::On), frames: Frames::One };
+        reference.direct = Some(if self.samples_environment { self.direct_mean().recipe } else { one_frame() });
         let settings = self.of(Technique::Lgh, Switch::On);
         let settings = settings.changed(|s| s.lgh.interleave = self.settings.lgh.interleave);
         let recipe = Recipe { settings, frames: Frames::One };
@@ -285,7 +333,7 @@ mod tests {
     #[test]
     fn each_stage_changes_its_cause_alone() {
         let settings = Settings::default().changed(|s| s.lgh.interleave = 2);
-        let plan = plan(&settings, &options());
+        let plan = plan(&settings, &options(), false);
         let changes: Vec<(&str, Vec<String>)> =
             plan.iter().map(|s| (s.name.as_str(), differing(&s.reference.recipe, &s.test.recipe))).collect();
         let expected: [(&str, &[&str]); 14] = [
@@ -314,7 +362,7 @@ mod tests {
             s.lgh.filter = ShadowFilter::None;
             s.lgh.alpha = 2.0;
         });
-        let plan = plan(&settings, &options());
+        let plan = plan(&settings, &options(), false);
         let whole = plan.last().unwrap();
         assert_eq!(whole.test.recipe, Recipe { settings, frames: Frames::One });
         let direct = whole.reference.direct.as_ref().unwrap();
@@ -326,7 +374,7 @@ mod tests {
 
     #[test]
     fn pictures_are_shared_between_stages() {
-        let plan = plan(&Settings::default(), &options());
+        let plan = plan(&Settings::default(), &options(), false);
         let mut recipes: Vec<&Recipe> = Vec::new();
         for picture in plan.iter().flat_map(|stage| [&stage.reference, &stage.test]) {
             if !recipes.contains(&&picture.recipe) {
@@ -339,14 +387,32 @@ mod tests {
     #[test]
     fn estimates_need_rays_that_end_on_lights() {
         let settings = Settings::default().changed(|s| s.lgh.shadow_points = ShadowPoints::Deviation);
-        assert!(plan(&settings, &options()).iter().all(|stage| !stage.name.starts_with("estimate")));
+        assert!(plan(&settings, &options(), false).iter().all(|stage| !stage.name.starts_with("estimate")));
     }
 
     #[test]
     fn the_single_frame_is_none_of_the_mean() {
-        let plan = plan(&Settings::default(), &options());
+        let plan = plan(&Settings::default(), &options(), false);
         let noise = &plan[5];
         assert_eq!(noise.reference.recipe.frames, Frames::Mean(8));
         assert_eq!(noise.test.recipe.frames, Frames::OneAfter(8));
+    }
+
+    #[test]
+    fn an_environment_has_stages_where_rays_go_there() {
+        let settings = Settings::default();
+        let plan_of = |settings: &Settings| plan(settings, &options(), true);
+        let found = plan_of(&settings);
+        let [noise, filter, whole] = &found[found.len() - 3..] else { panic!("{} stages", found.len()) };
+        assert_eq!((noise.name.as_str(), filter.name.as_str()), ("environment noise", "environment filter"));
+        // Nothing but the frame differs, then nothing but the filter; the whole method is compared with the same mean.
+        assert_eq!(differing(&noise.reference.recipe, &noise.test.recipe), [""; 0]);
+        assert_eq!(differing(&filter.reference.recipe, &filter.test.recipe), ["filter"]);
+        assert_eq!(filter.test.recipe.frames, Frames::MeanOfSingle(8));
+        for picture in [&noise.reference, &filter.reference] {
+            assert_eq!(whole.reference.direct.as_ref(), Some(&picture.recipe));
+        }
+        let without_rays = settings.changed(|s| s.environment.samples = 0);
+        assert_eq!(plan_of(&without_rays), plan(&without_rays, &options(), false));
     }
 }

@@ -105,7 +105,7 @@ fn interleaved_frames_are_dumped() {
 
 #[test]
 fn scattered_levels_and_original_lights_are_dumped() {
-    check_dump("--build scatter --first-level 0 --shadow-points deviation");
+    check_dump("--build scatter --first-level 0 --shadow-points deviation --environment 1,2,3");
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn an_independent_script_computes_the_same() {
     };
     let folder = tempfile::tempdir().unwrap();
     for (name, options) in [
-        ("plain", EXACT),
+        ("plain", "--reservoir exact --environment sky --environment-turn 20"),
         ("mean", "--accumulate 2 --direct off"),
         ("interleaved", "--interleave 2 --reservoir lock --alpha 2"),
         ("volumes", "--lighting volumes --reservoir exact --interleave 4"),

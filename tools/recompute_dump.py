@@ -15,7 +15,7 @@ import numpy as np
 
 # The folder of the sources stays as it is.
 sys.dont_write_bytecode = True
-from recompute import display, hierarchy, pictures  # noqa: E402
+from recompute import display, environment, hierarchy, pictures  # noqa: E402
 from recompute.faults import FAULTS, plant_fault  # noqa: E402
 from recompute.reader import Dump, DumpError  # noqa: E402
 
@@ -31,6 +31,8 @@ STAGES = [
     ("blending", pictures.blending, 1e-6, "own size; powers of two", True),
     ("lighting", pictures.lighting, 1e-4, "own size; hundreds of lights added in single precision", True),
     ("shadow samples", pictures.shadow_samples, 3e-3, "own key; logarithms are good to 2^-21, so at least 5e-4", True),
+    ("environment light", environment.environment_light, 1e-3, "own size; angles in single precision", False),
+    ("background", environment.background, 1e-3, "own size; angles in single precision", False),
     ("compose", pictures.compose, 1e-5, "own size; a few roundings", False),
     ("accumulate", pictures.accumulate, 1e-6, "own size; one division", False),
     ("exposure", display.exposure, 1e-4, "own size; logarithms and sums in single precision", False),

@@ -45,6 +45,17 @@ def last_shadows(dump):
         dump.get(*name)[...] *= 1.01
 
 
+def environment_light(dump):
+    for estimate in ("environment_shadowed", "environment_unshadowed"):
+        dump.get("environment_light", estimate)[...] *= 1.01
+
+
+def unblocked(dump):
+    """No ray meets anything."""
+    found, all_of_it = (dump.get("environment_light", f"environment_{name}") for name in ("shadowed", "unshadowed"))
+    found[:] = all_of_it
+
+
 def picture(dump):
     found = dump.get("tone_map", "picture")
     found[:] = np.where(found > 128, found - 2, found + 2)
@@ -70,6 +81,9 @@ FAULTS = {
     "depth": ("lighting", scale_part("gbuffer", "gbuffer_depth", None, everywhere, 1.05)),
     "lighting": ("lighting", scale_part(lighting_step, "lighting", None, everywhere, 1.01)),
     "sample": ("shadow samples", sample_keys),
+    "environment": ("environment light", environment_light),
+    "unblocked": ("environment light", unblocked),
+    "background": ("background", scale_part("direct_light", "direct", None, everywhere, 1.01)),
     "shadow": ("compose", last_shadows),
     "histogram": ("exposure", histogram),
     "exposure": ("exposure", scale_part("tone_map/measure_exposure", "exposure", None, everywhere, 1.01)),

@@ -31,8 +31,8 @@ def blending(dump, rng, pixels):
     return len(radii) + pixels, max(worst(radii, expected, expected), worst(total, np.ones(pixels), 1.0))
 
 
-class Surface:
-    """Random pixels that show a surface: where they are, and the lights of their sub-image with their weights."""
+class Visible:
+    """Random pixels that show a surface: where they are, and what is seen there."""
 
     def __init__(self, dump, rng, pixels):
         frame = dump.frame
@@ -40,12 +40,24 @@ class Surface:
         y, x = np.nonzero(depth > 0.0)
         pick = rng.choice(len(x), min(pixels, len(x)), replace=False)
         self.x, self.y = x[pick], y[pick]
-        vector = {key: np.array(frame[key]) for key in ("eye_ws", "forward_ws", "right_ws", "up_ws")}
-        ndc = (np.stack([self.x, self.y], axis=1) + 0.5 + np.array(frame["jitter_px"])) / frame["size_px"] * 2.0 - 1.0
-        ray = vector["forward_ws"] + ndc[:, :1] * vector["right_ws"] - ndc[:, 1:] * vector["up_ws"]
-        self.position = vector["eye_ws"] + ray * (frame["near"] / depth[self.y, self.x])[:, None]
-        words = np.ascontiguousarray(dump.get("gbuffer", "gbuffer_normals")[self.y, self.x, :1])
-        self.normal = unpack_octahedral(words.view("<i2").reshape(-1, 2))
+        ray = dump.view_rays(self.x, self.y)
+        self.position = np.array(frame["eye_ws"]) + ray * (frame["near"] / depth[self.y, self.x])[:, None]
+        words = np.ascontiguousarray(dump.get("gbuffer", "gbuffer_normals")[self.y, self.x])
+        self.normal, self.geometric = np.moveaxis(unpack_octahedral(words.view("<i2").reshape(-1, 2, 2)), 1, 0)
+
+    def origins(self, frame, offset):
+        """Where rays start, off the surface by this much of the numbers there and a step of the rasteriser."""
+        away = (self.position - np.array(frame["eye_ws"])) @ np.array(frame["forward_ws"])
+        size = np.maximum(np.abs(self.position).max(axis=1), frame["largest_triangle"])
+        return self.position + self.geometric * (offset * size + frame["rasteriser_step"] * away)[:, None]
+
+
+class Surface(Visible):
+    """The same with the lights of each pixel's sub-image and their weights."""
+
+    def __init__(self, dump, rng, pixels):
+        super().__init__(dump, rng, pixels)
+        frame = dump.frame
         n, (w, h) = frame["interleave"], frame["sub_image_px"]
         self.sub_image = self.y % n * n + self.x % n
         self.row, self.column = self.y % n * h + self.y // n, self.x % n * w + self.x // n

@@ -92,6 +92,14 @@ class Dump:
         fits = [k for k in self.files if any(k[1] == s or k[1].startswith(s + "_") for s in starts)]
         return max(fits, key=lambda k: self.files[k]["pass_index"]) if fits else None
 
+    def view_rays(self, x, y):
+        """From the eye to where pixels were sampled, at distance 1 along the viewing direction."""
+        frame = self.frame
+        pixel = np.stack([x, y], axis=1) + 0.5 + np.array(frame["jitter_px"])
+        ndc = pixel / frame["size_px"] * 2.0 - 1.0
+        forward, right, up = (np.array(frame[key]) for key in ("forward_ws", "right_ws", "up_ws"))
+        return forward + ndc[:, :1] * right - ndc[:, 1:] * up
+
     def levels(self):
         return range(1, self.frame["top_level"] + 1)
 

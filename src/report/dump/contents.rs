@@ -1,6 +1,7 @@
 //! From the bytes of what every frame and every scene has to arrays with named fields.
 
-use crate::dump::{Array, DumpContext, f, u};
+use crate::dump::{Array, DumpContext, Scalar, f, u};
+use crate::environment::upload::PreparedEnvironment;
 use crate::shared::{FrameData, GpuMaterial, PunctualLight, SharedStruct};
 
 /// `FrameData`.
@@ -29,4 +30,17 @@ pub fn materials(bytes: &[u8], count: u64) -> Array {
 /// `PunctualLight`s.
 pub fn punctual_lights(bytes: &[u8], count: u64) -> Array {
     Array::structs(&PunctualLight::INFO, |_| true, count, bytes)
+}
+
+/// What is stored of an environment's image, three half floats a texel.
+pub fn environment_map(environment: &PreparedEnvironment) -> Array {
+    let [width, height] = environment.size_px.map(u64::from);
+    let colors: Vec<u8> =
+        environment.texels.iter().flat_map(|[r, g, b, _]| [r, g, b]).flat_map(|h| h.to_le_bytes()).collect();
+    Array::plain(Scalar::F16, &[height, width, 3], &colors)
+}
+
+/// The sums that directions of an environment are drawn from.
+pub fn environment_table(environment: &PreparedEnvironment) -> Array {
+    Array::plain(Scalar::F32, &[environment.table.len() as u64], bytemuck::cast_slice(&environment.table))
 }

@@ -129,6 +129,7 @@ pub fn frame_constants(data: &FrameData) -> Value {
         "path_count": data.path_count,
         "bounces": data.bounces,
         "seed": data.seed,
+        "sampling_seed": data.sampling_seed,
         "accumulated_frame": data.accumulated_frame,
         "direct_lights": data.direct_lights,
         "first_point_light": data.first_point_light,
@@ -140,5 +141,9 @@ pub fn frame_constants(data: &FrameData) -> Value {
         "exposure_compensation": data.exposure_compensation,
         "tone_map": data.tone_map,
         "largest_triangle": data.largest_triangle,
+        "environment_cells": data.environment_cells,
+        "environment_scale": data.environment_scale,
+        "environment_turn": data.environment_turn,
+        "environment_share": data.environment_share,
     })
 }

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 pub use crate::dump::array;
 use crate::dump::{Array, Contents, Derived, DumpContext, Scalar, all_words};
+use crate::environment::upload::PreparedEnvironment;
 use crate::gpu::{Gpu, Work, Written};
 use crate::graph::{ImageDepth, ImageInfo, Resource, ResourceInfo};
 use crate::renderer::{Renderer, UploadedScene};
@@ -101,14 +102,25 @@ fn write_scene(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
         (others::TRIANGLES, contents::triangles(&bytes.triangles, triangles), bytes.triangles.len()),
         (others::MATERIALS, contents::materials(&bytes.materials, materials), bytes.materials.len()),
     ] {
-        let (resource, units, meaning) = about;
-        let mut entry = array_entry(None, "scene", resource, &array);
-        entry.kind = "scene".to_owned();
-        entry.resource_bytes = size as u64;
-        (entry.units, entry.meaning) = (units.to_owned(), meaning.to_owned());
-        folder.add_array(entry, &array)?;
+        add_input(folder, about, &array, size)?;
+    }
+    let environment = PreparedEnvironment::new(sources.scene.environment.as_deref());
+    if environment.cells[0] > 0 {
+        let [map, table] = [contents::environment_map(&environment), contents::environment_table(&environment)];
+        add_input(folder, others::ENVIRONMENT_MAP, &map, size_of_val(environment.texels.as_slice()))?;
+        add_input(folder, others::ENVIRONMENT_TABLE, &table, table.bytes.len())?;
     }
     Ok(())
+}
+
+/// Adds a part of the scene, which takes so many bytes on the device.
+fn add_input(folder: &mut DumpFolder, about: (&str, &str, &str), array: &Array, size_bytes: usize) -> Result<()> {
+    let (resource, units, meaning) = about;
+    let mut entry = array_entry(None, "scene", resource, array);
+    entry.kind = "scene".to_owned();
+    entry.resource_bytes = size_bytes as u64;
+    (entry.units, entry.meaning) = (units.to_owned(), meaning.to_owned());
+    folder.add_array(entry, array)
 }
 
 /// A frame on its way into the folder.

@@ -104,6 +104,18 @@ pub mod others {
         "metres; irradiance (kind 0, directional) or radiant intensity (1 point, 2 spot)",
         "The lights of the scene file, directional and spot lights first.",
     );
+    /// Image of the environment.
+    pub const ENVIRONMENT_MAP: (&str, &str, &str) = (
+        "environment_map",
+        "radiance / environment_scale",
+        "Light from all around, equirectangular, row 0 towards +y; only where there is any.",
+    );
+    /// Sums of the environment.
+    pub const ENVIRONMENT_TABLE: (&str, &str, &str) = (
+        "environment_table",
+        "1",
+        "What directions of the environment are drawn from: running sums of the rows' probabilities, then of each row's cells.",
+    );
 }
 
 #[cfg(test)]

@@ -2,14 +2,18 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::GpuTest;
 use common::compare::{Verdict, within};
-use common::rooms::lamp_room;
+use common::rooms::{lamp_room, roofed_floor};
 use common::written::Written;
 use glam::{Mat4, Vec3};
 use gridlight::cpu::lights::luminance;
+use gridlight::environment::Environment;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::settings::{LightSet, Settings, ShadowPoints, Size, Switch, Technique, View};
+use gridlight::scene::{Light, Scene};
+use gridlight::settings::{LightSet, Settings, ShadowFilter, ShadowPoints, Size, Switch, Technique, View};
 use gridlight::shared::{
     FrameData, GridLight, InspectedPixel, NO_LIGHT, SAMPLE_BLOCKED, SAMPLE_EMPTY, SAMPLE_UNLIT, SAMPLE_VISIBLE,
 };
@@ -39,8 +43,11 @@ struct Looked<'a> {
 
 impl Inspector {
     fn new(settings: &Settings) -> Self {
+        Self::over(lamp_room(ALBEDO), settings)
+    }
+
+    fn over(scene: Scene, settings: &Settings) -> Self {
         let test = common::gpu();
-        let scene = lamp_room(ALBEDO);
         let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
         let camera = &scene.cameras[0];
         let mut shapes = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap().shapes().clone();
@@ -248,4 +255,37 @@ fn samples_that_are_none_have_a_state_of_their_own() {
             assert_eq!(sample.estimate > 0.0, [SAMPLE_VISIBLE, SAMPLE_BLOCKED].contains(&sample.state));
         }
     }
+}
+
+/// The environment's part of the direct light, and all of it where nothing else shines.
+#[test]
+fn light_of_the_environment_has_a_line_of_its_own() {
+    let scene = |has_sun: bool| {
+        let mut scene = roofed_floor();
+        if !has_sun {
+            scene.lights = vec![Light::DARK];
+        }
+        scene.environment = Some(Arc::new(Environment::uniform([1.0, 2.0, 3.0])));
+        scene
+    };
+    let filtered = settings().changed(|s| s.render.technique = Technique::Direct);
+    for (settings, resource) in [
+        (settings().changed(|s| s.lgh.filter = ShadowFilter::None), "environment_shadowed"),
+        (filtered, "environment_shadowed_5"),
+    ] {
+        for has_sun in [true, false] {
+            let mut inspector = Inspector::over(scene(has_sun), &settings);
+            let (at, written) = ([24, 26], inspector.written());
+            let pixel = inspector.pixel(at);
+            assert_eq!(pixel.found, 1);
+            let rgb = |of: [f32; 4]| Vec3::from_slice(&of);
+            let lighting: Vec<[f32; 4]> = written.last(resource);
+            let expected = Vec3::from(pixel.albedo) * rgb(lighting[(at[1] * SIZE.width + at[0]) as usize]);
+            let found = rgb(pixel.environment);
+            let is_near = |a: Vec3| a.distance(found) <= 1e-5 * a.length();
+            assert!(expected.min_element() > 0.0 && is_near(expected), "{found}, not {expected}");
+            assert_eq!(is_near(rgb(pixel.direct)), !has_sun, "{found} of {:?}, sun: {has_sun}", pixel.direct);
+        }
+    }
+    assert_eq!(Inspector::new(&settings()).pixel(PIXELS[2]).environment, [0.0; 4]);
 }

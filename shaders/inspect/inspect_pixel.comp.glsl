@@ -37,12 +37,15 @@ layout(set = 0, binding = 21) uniform texture2D shadowed_image;
 layout(set = 0, binding = 22) uniform texture2D unshadowed_image;
 #include "compose/shadow_ratio.glsl"
 #include "compose/shadowed_lighting.glsl"
+// Light of the environment per unit albedo.
+layout(set = 0, binding = 28) uniform texture2D environment_image;
 layout(set = 0, binding = 23, std430) writeonly buffer Inspected { InspectedPixel inspected; };
 
 // Bits of `flags`: which images there are.
 const uint HAS_DIRECT = 1u;
 const uint HAS_INDIRECT = 2u;
 const uint HAS_SHADOWS = 4u;
+const uint HAS_ENVIRONMENT = 8u;
 
 vec4 if_there(uint flag, vec4 value) { return (flags & flag) != 0u ? value : vec4(0.0); }
 
@@ -54,12 +57,16 @@ void look_at_surface(uvec2 pixel, float depth) {
     inspected.depth = frame.near / depth;
     inspected.normal = unpack_octahedral(normals.x);
     inspected.geometric_normal = unpack_octahedral(normals.y);
-    inspected.albedo = texelFetch(albedo_image, p, 0).rgb;
+    vec3 albedo = texelFetch(albedo_image, p, 0).rgb;
+    inspected.albedo = albedo;
     inspected.direct = if_there(HAS_DIRECT, texelFetch(direct_image, p, 0));
+    vec4 of_environment = if_there(HAS_ENVIRONMENT, texelFetch(environment_image, p, 0));
+    inspected.environment = vec4(albedo * of_environment.rgb, 0.0);
     vec4 lighting = if_there(HAS_INDIRECT, texelFetch(indirect_image, p, 0));
     inspected.lighting = lighting;
     vec3 darkened = (flags & HAS_SHADOWS) != 0u ? shadowed_lighting(p) : lighting.rgb;
-    inspected.shadow_ratio = vec4(mix(darkened / max(lighting.rgb, vec3(1e-30)), vec3(1.0), equal(lighting.rgb, vec3(0.0))), 1.0);
+    vec3 ratio = darkened / max(lighting.rgb, vec3(1e-30));
+    inspected.shadow_ratio = vec4(mix(ratio, vec3(1.0), equal(lighting.rgb, vec3(0.0))), 1.0);
 }
 
 #ifdef INSPECT_LIGHTS

@@ -44,7 +44,7 @@ fn add_picture(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> FrameOu
     let added = shapes.technique.add_passes(frame, gbuffer);
     let environment_light = shapes.technique.environment_light();
     let direct = frame.shape.direct.then(|| direct_light::add(frame, gbuffer, environment_light));
-    let mut radiance = compose::add(frame, gbuffer, direct, added.indirect);
+    let mut radiance = compose::add(frame, gbuffer, direct.map(|light| light.radiance), added.indirect);
     let inspected = frame.shape.inspect.then(|| {
         let inputs = InspectorInputs { radiance, direct, indirect: added.indirect };
         match added.inspect {
@@ -94,6 +94,6 @@ fn environment_visibility(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {
 
 fn direct(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {
     let direct = direct_light::add(frame, gbuffer, EnvironmentLight::Here);
-    let values = compose::add(frame, gbuffer, Some(direct), None);
+    let values = compose::add(frame, gbuffer, Some(direct.radiance), None);
     AddedView { values, picture: tone_map::add(frame, gbuffer, values), outputs: TechniqueOutputs::default() }
 }

@@ -16,17 +16,26 @@ pub enum EnvironmentLight {
     InTechnique,
 }
 
-/// Adds the passes; gives the outgoing radiance due to direct light, and that of the environment where it is seen.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, environment: EnvironmentLight) -> ImageHandle {
+/// The light that comes straight from lamps and the environment.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectLight {
+    /// Outgoing radiance due to it, and that of the environment where it is seen.
+    pub radiance: ImageHandle,
+    /// The environment's part of it where surfaces are, per unit albedo; `None` where these passes compute none.
+    pub environment: Option<ImageHandle>,
+}
+
+/// Adds the passes.
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, environment: EnvironmentLight) -> DirectLight {
     let shape = frame.shape.environment.filter(|_| environment == EnvironmentLight::Here);
-    let lighting = shape.map(|shape| environment_light::add(frame, gbuffer, shape));
+    let environment = shape.map(|shape| environment_light::add(frame, gbuffer, shape));
     let direct = frame.image("direct", vk::Format::R32G32B32A32_SFLOAT);
     let work = ComputeWork {
-        constants: vec![("HAS_ENVIRONMENT_LIGHT", lighting.is_some().into())],
+        constants: vec![("HAS_ENVIRONMENT_LIGHT", environment.is_some().into())],
         ..frame.ray_shader("direct_light/shade_direct", frame.per_pixel())
     };
     // Without light the binding still needs an image of its kind.
-    let lighting = lighting.unwrap_or(gbuffer.albedo);
+    let lighting = environment.unwrap_or(gbuffer.albedo);
     let pass = frame
         .compute("direct_light", work)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
@@ -35,5 +44,5 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, environment: EnvironmentLight) 
         .bind("environment_lighting", lighting, Access::ComputeSampled)
         .bind("out_direct", direct, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    direct
+    DirectLight { radiance: direct, environment }
 }

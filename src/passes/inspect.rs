@@ -1,6 +1,7 @@
 //! `inspect`: everything about one pixel, for the window's inspector: surface, lights by level, shadow samples.
 
 use super::compose::Indirect;
+use super::direct_light::DirectLight;
 use super::gbuffer::GBuffer;
 use super::lgh_shape::LghShape;
 use super::shadow_rays::{self, Samples};
@@ -15,7 +16,7 @@ pub struct InspectorInputs {
     /// Linear radiance, or the values of a view.
     pub radiance: ImageHandle,
     /// Direct light.
-    pub direct: Option<ImageHandle>,
+    pub direct: Option<DirectLight>,
     /// Indirect light.
     pub indirect: Option<Indirect>,
 }
@@ -54,7 +55,9 @@ pub fn add_with_lights(
 /// Which images there are (`inspect/inspect_pixel.comp.glsl`).
 fn flags(inputs: &InspectorInputs) -> u32 {
     let shadows = inputs.indirect.and_then(|i| i.shadows);
-    u32::from(inputs.direct.is_some()) | u32::from(inputs.indirect.is_some()) << 1 | u32::from(shadows.is_some()) << 2
+    let environment = inputs.direct.and_then(|light| light.environment);
+    let there = [inputs.direct.is_some(), inputs.indirect.is_some(), shadows.is_some(), environment.is_some()];
+    (0..).zip(there).map(|(bit, is_there)| u32::from(is_there) << bit).sum()
 }
 
 /// Binds what both variants read and write, and adds the pass.
@@ -62,14 +65,16 @@ fn finish(frame: &mut Frame, pass: Pass<Work>, gbuffer: &GBuffer, inputs: &Inspe
     let inspected = frame.graph.persistent_buffer("inspected_pixel", size_of::<InspectedPixel>() as u64);
     // What is not there is black, and shadows that are not there darken nothing.
     let (lighting, shadows) = (inputs.indirect.map(|i| i.lighting), inputs.indirect.and_then(|i| i.shadows));
+    let environment = inputs.direct.and_then(|light| light.environment);
     let unused = gbuffer.albedo;
     let pass = pass
         .bind("albedo_image", gbuffer.albedo, Access::ComputeSampled)
         .bind("radiance_image", inputs.radiance, Access::ComputeSampled)
-        .bind("direct_image", inputs.direct.unwrap_or(unused), Access::ComputeSampled)
+        .bind("direct_image", inputs.direct.map_or(unused, |light| light.radiance), Access::ComputeSampled)
         .bind("indirect_image", lighting.unwrap_or(unused), Access::ComputeSampled)
         .bind("shadowed_image", shadows.map_or(unused, |s| s.shadowed), Access::ComputeSampled)
         .bind("unshadowed_image", shadows.map_or(unused, |s| s.unshadowed), Access::ComputeSampled)
+        .bind("environment_image", environment.unwrap_or(unused), Access::ComputeSampled)
         .bind("inspected", inspected, Access::ComputeWrite);
     frame.graph.add_pass(pass);
     inspected

@@ -294,6 +294,8 @@ shared_structs! {
         pub radiance: [f32; 4],
         /// Direct light in it.
         pub direct: [f32; 4],
+        /// Light of the environment in that.
+        pub environment: [f32; 4],
         /// Unshadowed indirect lighting per unit albedo.
         pub lighting: [f32; 4],
         /// Filtered shadow ratio S / U.
@@ -306,7 +308,7 @@ shared_structs! {
 }
 
 const _: () = {
-    assert!(size_of::<InspectedPixel>() == 144 + 32 * (MAX_LEVEL + 1 + MAX_SHADOW_SAMPLES) as usize);
+    assert!(size_of::<InspectedPixel>() == 160 + 32 * (MAX_LEVEL + 1 + MAX_SHADOW_SAMPLES) as usize);
     assert!(size_of::<GpuMaterial>() == 32);
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);

@@ -122,7 +122,7 @@ pub(super) fn add_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffe
     let lights = add_lights(frame, shape);
     let direct = direct_light::add(frame, gbuffer, EnvironmentLight::Here);
     let values = debug_view::draw_points(frame, shape, gbuffer, &lights);
-    let picture = debug_view::overlay_points(frame, gbuffer, values, direct);
+    let picture = debug_view::overlay_points(frame, gbuffer, values, direct.radiance);
     AddedView { values, picture, outputs: TechniqueOutputs::new(vec![lights.counts], lights) }
 }
 

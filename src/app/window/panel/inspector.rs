@@ -46,7 +46,8 @@ fn surface(ui: &mut Ui, pixel: &InspectedPixel) {
         row("triangle", "Normal of the triangle", three(pixel.geometric_normal));
         row("albedo", "Linear base colour", three(pixel.albedo));
         row("radiance", "What the pixel shows before exposure; the values of a view", rgb(pixel.radiance));
-        row("direct", "Part of it that comes straight from the scene's lights", rgb(pixel.direct));
+        row("direct", "Part of it that comes straight from the scene's lights and the environment", rgb(pixel.direct));
+        row("environment", "Part of the direct light that comes from the environment", rgb(pixel.environment));
         row("indirect", "Albedo times lighting times shadow ratio", three(indirect));
         row("lighting", "Unshadowed indirect lighting for a white surface", rgb(pixel.lighting));
         row("shadow ratio", "Filtered S / U; 1 is no shadow", rgb(pixel.shadow_ratio));

@@ -112,18 +112,37 @@ fn a_scene_without_a_light_stands_under_a_sky() {
         let mut command = program();
         command.arg(scene).args(["--headless", "--size", "32x18", "--technique", "direct"]).args(options);
         command.arg("--output").arg(folder.path().join("out.exr"));
+        command.arg("--timings").arg(folder.path().join("out.json"));
         let run = run(command);
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         (read_exr(folder.path().join("out.exr")).unwrap().2, run.stderr)
     };
+    // What the timings say: the environment, whether it is there for lack of light, and rays towards it.
+    let told = || {
+        let text = std::fs::read(folder.path().join("out.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let (source, is_default) = (&json["scene"]["environment"], &json["scene"]["has_sky_for_lack_of_light"]);
+        let rate = json["rays"]["environment_rays_per_s"].as_f64().unwrap_or(0.0);
+        let rays = json["counts"]["environment_rays"].as_u64().unwrap();
+        assert!((rate > 0.0) == (rays > 0) && rays <= 4 * 32 * 18, "{rays} rays, {rate} per second");
+        (source.as_str().unwrap().to_owned(), is_default.as_bool().unwrap(), rays > 0)
+    };
+    let is = |source: &str, for_lack_of_light: bool, has_rays: bool| (source.to_owned(), for_lack_of_light, has_rays);
     let plain = scene(folder.path());
     let (by_itself, said) = render(&plain, &[]);
+    assert_eq!(told(), is("sky", true, true));
     assert_eq!(said.lines().count(), 1, "{said}");
     assert!(said.contains("the scene has no light: it stands under a clear sky; --environment none"), "{said}");
     let (sky, said) = render(&plain, &["--environment", "sky"]);
     assert!(by_itself == sky && said.is_empty(), "{said}");
+    assert_eq!(told(), is("sky", false, true));
     let (sun, said) = render(&plain, &["--environment", "none"]);
     assert!(sun != sky && said.is_empty() && sun.iter().any(|value| *value > 0.0), "{said}");
+    assert_eq!(told(), is("none", false, false));
+    let image = folder.path().join("small.exr");
+    small_exr(&image);
+    render(&plain, &["--environment", image.to_str().unwrap(), "--environment-samples", "1"]);
+    assert_eq!(told(), is(image.to_str().unwrap(), false, true));
     let emissive = quad_glb(|document, _| document["materials"][0]["emissiveFactor"] = serde_json::json!([0, 1, 0]));
     let path = folder.path().join("emissive.glb");
     std::fs::write(&path, emissive).unwrap();

@@ -43,12 +43,12 @@ struct Looked<'a> {
 
 impl Inspector {
     fn new(settings: &Settings) -> Self {
-        Self::over(lamp_room(ALBEDO), settings)
+        Self::over(&lamp_room(ALBEDO), settings)
     }
 
-    fn over(scene: Scene, settings: &Settings) -> Self {
+    fn over(scene: &Scene, settings: &Settings) -> Self {
         let test = common::gpu();
-        let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+        let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
         let camera = &scene.cameras[0];
         let mut shapes = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap().shapes().clone();
         shapes.frame.inspect = true;
@@ -274,7 +274,7 @@ fn light_of_the_environment_has_a_line_of_its_own() {
         (filtered, "environment_shadowed_5"),
     ] {
         for has_sun in [true, false] {
-            let mut inspector = Inspector::over(scene(has_sun), &settings);
+            let mut inspector = Inspector::over(&scene(has_sun), &settings);
             let (at, written) = ([24, 26], inspector.written());
             let pixel = inspector.pixel(at);
             assert_eq!(pixel.found, 1);

@@ -17,6 +17,7 @@ layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform utexture2D normals_image;
 layout(set = 0, binding = 3, rgba32f) uniform writeonly image2D out_shadowed;
 layout(set = 0, binding = 4, rgba32f) uniform writeonly image2D out_unshadowed;
+layout(set = 0, binding = 5, std430) buffer RayCount { uint ray_count[]; };
 layout(push_constant) uniform Push { uint sample_count; };
 
 // Directions that each ray is chosen from.
@@ -58,19 +59,25 @@ Chosen choose_direction(Receiver receiver, uint first, uint sequence_seed, inout
     return chosen;
 }
 
+shared uint rays_of_group;
+
 void main() {
-    uvec2 pixel = gl_GlobalInvocationID.xy;
-    if (any(greaterThanEqual(pixel, image_size()))) {
-        return;
+    if (gl_LocalInvocationIndex == 0u) {
+        rays_of_group = 0u;
     }
-    float depth = texelFetch(depth_image, ivec2(pixel), 0).x;
+    barrier();
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    bool inside = all(lessThan(pixel, image_size()));
+    float depth = inside ? texelFetch(depth_image, ivec2(pixel), 0).x : 0.0;
     vec3 shadowed = vec3(0.0);
     vec3 unshadowed = vec3(0.0);
+    uint rays = 0u;
     if (depth > 0.0 && has_environment()) {
         uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
         vec3 geometric = unpack_octahedral(normals.y);
         vec3 position = position_from_depth(pixel, depth);
-        Receiver receiver = Receiver(unpack_octahedral(normals.x), geometric, position + geometric * surface_offset(position));
+        vec3 origin = position + geometric * surface_offset(position);
+        Receiver receiver = Receiver(unpack_octahedral(normals.x), geometric, origin);
         uint index = pixel.y * image_size().x + pixel.x;
         uint sequence_seed = hash(index, sampling_seed() ^ 0x1b873593u);
         uint random_state = hash(sequence_seed);
@@ -80,10 +87,18 @@ void main() {
             if (any(greaterThan(chosen.irradiance, vec3(0.0)))) {
                 unshadowed += share * chosen.irradiance;
                 shadowed += is_open(receiver.origin, chosen.direction) ? share * chosen.irradiance : vec3(0.0);
+                ++rays;
             }
         }
     }
-    float surface = depth > 0.0 ? 1.0 : 0.0;
-    imageStore(out_shadowed, ivec2(pixel), vec4(shadowed, surface));
-    imageStore(out_unshadowed, ivec2(pixel), vec4(unshadowed, surface));
+    if (inside) {
+        float surface = depth > 0.0 ? 1.0 : 0.0;
+        imageStore(out_shadowed, ivec2(pixel), vec4(shadowed, surface));
+        imageStore(out_unshadowed, ivec2(pixel), vec4(unshadowed, surface));
+    }
+    atomicAdd(rays_of_group, rays);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        atomicAdd(ray_count[2], rays_of_group);
+    }
 }

@@ -5,17 +5,17 @@ use crate::Result;
 use crate::job::Job;
 use crate::passes::FrameShape;
 use crate::renderer::Renderer;
-use crate::report::timings::Counts;
+use crate::report::timings::{Counts, RayCounts};
 use crate::settings::View;
 use crate::techniques::Shapes;
 
-/// Rays that the last frame traced for virtual point lights and for shadows.
+/// Rays that the last frame traced.
 ///
 /// # Errors
 /// When the device is lost.
-pub fn rays(renderer: &Renderer) -> Result<[u64; 2]> {
+pub fn rays(renderer: &Renderer) -> Result<RayCounts> {
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(&renderer.executor().read_buffer(renderer.outputs().ray_count)?);
-    Ok([words[0].into(), words[1].into()])
+    Ok(RayCounts { vpl: words[0].into(), shadow: words[1].into(), environment: words[2].into() })
 }
 
 /// Counts of the last frame of `renderer`; renders one more frame where a technique has more to count.
@@ -23,9 +23,9 @@ pub fn rays(renderer: &Renderer) -> Result<[u64; 2]> {
 /// # Errors
 /// When the device is lost.
 pub fn count(job: &Job<'_>, renderer: &Renderer) -> Result<Counts> {
-    let [vpl_rays, shadow_rays] = rays(renderer)?;
-    let mut counts =
-        Counts::from_iter([("vpl_rays".to_owned(), vpl_rays.into()), ("shadow_rays".to_owned(), shadow_rays.into())]);
+    let RayCounts { vpl, shadow, environment } = rays(renderer)?;
+    let rays = [("vpl_rays", vpl), ("shadow_rays", shadow), ("environment_rays", environment)];
+    let mut counts: Counts = rays.into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect();
     let mut note = |renderer: &Renderer| -> Result<()> {
         let counted = renderer.shapes().technique.counts(&renderer.read_counters()?);
         counts.extend(counted.into_iter().map(|count| (count.key.to_owned(), count.value)));

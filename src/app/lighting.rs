@@ -16,6 +16,7 @@ use crate::{Error, Result};
 /// [`Error::Usage`] when there is no sun to be placed, [`Error::File`] when the environment's image cannot be read.
 pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &EnvironmentSettings) -> Result<()> {
     let source = source(scene, settings);
+    warn(scene, settings, &source);
     if source != EnvironmentSource::None && scene.lit_by != LitBy::Lights {
         // The default sun is for scenes without any light.
         scene.lights.clear();
@@ -45,18 +46,25 @@ pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &Environ
 }
 
 /// Where a scene's light from all around comes from.
-fn source(scene: &Scene, settings: &EnvironmentSettings) -> EnvironmentSource {
-    match (&settings.source, scene.lit_by) {
-        (None, LitBy::Nothing) => {
-            log::warn!("the scene has no light: it stands under a clear sky; --environment none gives it a sun alone");
-            EnvironmentSource::Sky
-        }
-        (None | Some(EnvironmentSource::None), LitBy::Nothing | LitBy::EmissiveSurfaces) => {
-            log::info!("the scene has no light: a default sun shines");
-            EnvironmentSource::None
-        }
-        (None, LitBy::Lights) => EnvironmentSource::None,
-        (Some(source), _) => source.clone(),
+pub(super) fn source(scene: &Scene, settings: &EnvironmentSettings) -> EnvironmentSource {
+    match &settings.source {
+        Some(source) => source.clone(),
+        None if has_sky_for_lack_of_light(scene, settings) => EnvironmentSource::Sky,
+        None => EnvironmentSource::None,
+    }
+}
+
+/// Whether a scene stands under a sky because it brings no light and nothing else is asked for.
+pub(super) fn has_sky_for_lack_of_light(scene: &Scene, settings: &EnvironmentSettings) -> bool {
+    settings.source.is_none() && scene.lit_by == LitBy::Nothing
+}
+
+/// Says what a scene without lights is lit by.
+fn warn(scene: &Scene, settings: &EnvironmentSettings, source: &EnvironmentSource) {
+    if has_sky_for_lack_of_light(scene, settings) {
+        log::warn!("the scene has no light: it stands under a clear sky; --environment none gives it a sun alone");
+    } else if *source == EnvironmentSource::None && scene.lit_by != LitBy::Lights {
+        log::info!("the scene has no light: a default sun shines");
     }
 }
 

@@ -105,5 +105,7 @@ pub(super) fn scene_info(settings: &Settings, scene: &Scene, camera: &Camera) ->
         cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
         camera: camera.name.clone(),
         sun: settings.scene.sun.map(|sun| sun.to_string()),
+        environment: lighting::source(scene, &settings.environment).to_string(),
+        has_sky_for_lack_of_light: lighting::has_sky_for_lack_of_light(scene, &settings.environment),
     }
 }

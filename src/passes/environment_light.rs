@@ -26,7 +26,8 @@ pub fn trace(frame: &mut Frame, gbuffer: &GBuffer, samples: u32) -> ShadowEstima
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
         .bind("out_shadowed", shadowed, Access::ComputeWrite)
-        .bind("out_unshadowed", unshadowed, Access::ComputeWrite);
+        .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
+        .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     ShadowEstimates { shadowed, unshadowed, estimate: ShadowEstimate::Unbiased, label: "environment_" }
 }

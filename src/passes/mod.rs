@@ -104,7 +104,7 @@ pub struct Frame {
     pub graph: Graph<Work>,
     /// The frame's constants.
     pub data: BufferHandle,
-    /// Rays traced: `[0]` for VPLs, `[1]` for shadow samples.
+    /// Rays traced: `[0]` for VPLs, `[1]` for shadow samples, `[2]` towards the environment.
     pub ray_count: BufferHandle,
     /// The scene, unless the frame does without one.
     pub scene: Option<SceneParts>,

@@ -21,8 +21,12 @@ pub fn table(times: &RunTimes, rays: &RayRates, exposure: Option<f32>) -> String
     table.add_row(row("sum of passes", &times.pass_sum_ms, share(times.pass_sum_ms.mean, times.frame_gpu_ms.mean)));
     table.add_row(row("frame (GPU clock)", &times.frame_gpu_ms, String::new()));
     table.add_row(row("frame (CPU clock)", &times.frame_cpu_ms, String::new()));
-    let rates = [("shadow rays", rays.shadow_rays_per_s), ("VPL rays", rays.vpl_rays_per_s)]
-        .map(|(name, rate)| rate.map_or_else(String::new, |rate| format!("\n{name}: {:.3} million/s", rate * 1e-6)));
+    let rates = [
+        ("shadow rays", rays.shadow_rays_per_s),
+        ("VPL rays", rays.vpl_rays_per_s),
+        ("environment rays", rays.environment_rays_per_s),
+    ]
+    .map(|(name, rate)| rate.map_or_else(String::new, |rate| format!("\n{name}: {:.3} million/s", rate * 1e-6)));
     let exposure = exposure.map_or_else(String::new, |factor| format!("\nexposure: {factor:.4}"));
     table.trim_fmt() + &rates.concat() + &exposure
 }
@@ -43,7 +47,7 @@ mod tests {
 
     #[test]
     fn the_table_is_plain_and_complete() {
-        let rates = RayRates { shadow_rays_per_s: Some(1_234_567.0), vpl_rays_per_s: None };
+        let rates = RayRates { shadow_rays_per_s: Some(1_234_567.0), ..RayRates::default() };
         let text = table(&RunTimes::of(&two_frames()).unwrap(), &rates, Some(2.5));
         let expected = "\
 | pass              | median ms | p95 ms | share   |

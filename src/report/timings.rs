@@ -129,6 +129,10 @@ pub struct SceneInfo {
     pub camera: String,
     /// Where the sun was put; `None` leaves it where the scene has it.
     pub sun: Option<String>,
+    /// What is around it: `none`, `sky`, a radiance, or an image's file.
+    pub environment: String,
+    /// Whether that is a sky because the scene brings no light and nothing else was asked for.
+    pub has_sky_for_lack_of_light: bool,
 }
 
 /// Memory in use.
@@ -140,7 +144,7 @@ pub struct Memory {
     pub peak_resident_bytes: Option<u64>,
 }
 
-/// What was counted in the last frame: `vpl_rays`, `shadow_rays`, and what the technique counts.
+/// What was counted in the last frame: `vpl_rays`, `shadow_rays`, `environment_rays`, and what the technique counts.
 pub type Counts = serde_json::Map<String, serde_json::Value>;
 
 /// Rays of a frame over the median time of the pass that traces them, set-up of the rays included; `None` where it
@@ -151,17 +155,34 @@ pub struct RayRates {
     pub shadow_rays_per_s: Option<f64>,
     /// Of `vpl_trace`.
     pub vpl_rays_per_s: Option<f64>,
+    /// Of `environment_light`.
+    pub environment_rays_per_s: Option<f64>,
+}
+
+/// Rays that a frame traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// By light paths.
+    pub vpl: u64,
+    /// Towards lights of the hierarchy.
+    pub shadow: u64,
+    /// Towards the environment.
+    pub environment: u64,
 }
 
 impl RayRates {
     /// Rates of so many rays in a frame.
     #[must_use]
-    pub fn of(times: &RunTimes, [vpl_rays, shadow_rays]: [u64; 2]) -> Self {
+    pub fn of(times: &RunTimes, rays: RayCounts) -> Self {
         let rate = |pass: &str, rays: u64| {
             let ms = times.passes.iter().find(|p| p.name == pass)?.ms.median;
             (rays > 0 && ms > 0.0).then(|| rays as f64 / ms * 1e3)
         };
-        Self { shadow_rays_per_s: rate("shadow_rays", shadow_rays), vpl_rays_per_s: rate("vpl_trace", vpl_rays) }
+        Self {
+            shadow_rays_per_s: rate("shadow_rays", rays.shadow),
+            vpl_rays_per_s: rate("vpl_trace", rays.vpl),
+            environment_rays_per_s: rate("environment_light", rays.environment),
+        }
     }
 }
 
@@ -279,7 +300,7 @@ pub(crate) mod tests {
             times: RunTimes::of(&two_frames()).unwrap(),
             memory: Memory { device_bytes: 7, peak_resident_bytes: None },
             counts: Counts::from_iter([("grid_lights_per_level".to_owned(), serde_json::json!([5, 3]))]),
-            rays: RayRates { shadow_rays_per_s: Some(2.5e6), vpl_rays_per_s: None },
+            rays: RayRates { shadow_rays_per_s: Some(2.5e6), ..RayRates::default() },
             exposure: Some(0.5),
         }
     }
@@ -298,11 +319,17 @@ pub(crate) mod tests {
 
     #[test]
     fn rays_per_second_are_over_the_median_of_their_pass() {
-        let frame = |ms: f64| FrameTimes { pass_ms: vec![("shadow_rays".to_owned(), ms)], gpu_ms: ms, cpu_ms: ms };
+        let pass_ms = |ms: f64| vec![("shadow_rays".to_owned(), ms), ("environment_light".to_owned(), 2.0 * ms)];
+        let frame = |ms: f64| FrameTimes { pass_ms: pass_ms(ms), gpu_ms: ms, cpu_ms: ms };
         let times = RunTimes::of(&[frame(2.0), frame(4.0), frame(90.0)]).unwrap();
-        let rates = RayRates::of(&times, [7, 1000]);
-        assert_eq!(rates, RayRates { shadow_rays_per_s: Some(250_000.0), vpl_rays_per_s: None });
-        assert_eq!(RayRates::of(&times, [7, 0]), RayRates::default());
+        let rates = RayRates::of(&times, RayCounts { vpl: 7, shadow: 1000, environment: 4000 });
+        let expected = RayRates {
+            shadow_rays_per_s: Some(250_000.0),
+            vpl_rays_per_s: None,
+            environment_rays_per_s: Some(500_000.0),
+        };
+        assert_eq!(rates, expected);
+        assert_eq!(RayRates::of(&times, RayCounts { vpl: 7, ..RayCounts::default() }), RayRates::default());
     }
 
     #[test]

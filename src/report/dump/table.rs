@@ -22,7 +22,12 @@ pub const TABLE: &[Entry] = &[
         contents::frame_data,
         "The frame's constants, from which every pass starts.",
     ),
-    buffer("ray_count", COUNT, all_words, "Rays traced so far: [0] by light paths, [1] for shadows."),
+    buffer(
+        "ray_count",
+        COUNT,
+        all_words,
+        "Rays traced so far: [0] by light paths, [1] for shadows of lights, [2] towards the environment.",
+    ),
     image("gbuffer_albedo", "1", RGBA, "Linear base colour of the visible surface; A is 1 where there is one."),
     image(
         "gbuffer_normals",

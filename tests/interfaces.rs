@@ -5,6 +5,7 @@ use gridlight::gpu::{ComputeWork, Dispatch, Fault, InterfaceError, Repeat, Work,
 use gridlight::graph::{Access, Graph, ImageInfo, Pass};
 use gridlight::passes::{Extent, shader};
 use gridlight::shader::interface::{BindingKind, ImageDimension};
+use gridlight::shader::spirv;
 
 /// Binding and access of each resource of `blur.comp`, with whether it is an image.
 type Bound = Vec<(&'static str, Access, bool)>;
@@ -147,4 +148,18 @@ fn workgroups_follow_from_the_shader() {
     assert_eq!(groups(Extent::Threads(0), [64, 1, 1]), [1, 1, 1]);
     assert_eq!(groups(Extent::Pixels([17, 8]), [8, 8, 1]), [3, 1, 1]);
     assert!(matches!(shader("interleave/blur", Extent::Pixels([16, 9])).dispatch, Dispatch::Groups([2, 2, 1])));
+}
+
+/// Two resources at one binding: the validation layer does not survive some of them.
+#[test]
+fn no_shader_has_two_resources_at_one_binding() {
+    let doubled = |places: &[(u32, u32)]| {
+        let distinct: std::collections::BTreeSet<_> = places.iter().collect();
+        distinct.len() < places.len()
+    };
+    for name in spirv::names() {
+        let places: Vec<_> = spirv::interface(name).unwrap().bindings.iter().map(|b| (b.set, b.binding)).collect();
+        assert!(!doubled(&places), "{name} has two resources at one binding: {places:?}");
+    }
+    assert!(doubled(&[(0, 1), (1, 1), (0, 1)]));
 }

@@ -3,6 +3,7 @@
 pub mod app;
 pub mod camera;
 pub mod cli;
+pub mod color;
 pub mod compare;
 pub mod cpu;
 pub mod dump;

@@ -9,7 +9,7 @@ use common::compare::{Verdict, within};
 use common::rooms::{lamp_room, roofed_floor};
 use common::written::Written;
 use glam::{Mat4, Vec3};
-use gridlight::cpu::lights::luminance;
+use gridlight::color::luminance;
 use gridlight::environment::Environment;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::{Light, Scene};

@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// The rooms of `src`, from the bottom to the top. A room imports what stands in layers below its own.
 const LAYERS: &[&[&str]] = &[
-    &["error", "progress", "random"],
+    &["color", "error", "progress", "random"],
     &["camera", "files", "graph", "interrupt", "shared"],
     &["environment"],
     &["compare", "light_grid", "light_paths", "scene", "settings", "shader"],

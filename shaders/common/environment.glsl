@@ -1,10 +1,11 @@
 // The environment: what comes from far away in every direction, and directions drawn by how much comes from them. Needs
 // frame.glsl, random.glsl, scene.glsl. Rust: environment::SamplingTable.
+#include "common/search.glsl"
 
 // Equirectangular, its first row towards +y; times frame.environment_scale it is radiance.
 layout(set = 1, binding = 9) uniform texture2D environment_map;
-// Cells of the image's area, frame.environment_cells of them: for each row of cells the probability of those above it, and 1;
-// then for each row, for each of its cells the probability of those before it in the row, and 1.
+// Cells of the image's area, frame.environment_cells of them: for each row of cells the probability of those above it,
+// and 1; then for each row, for each of its cells the probability of those before it in the row, and 1.
 layout(set = 1, binding = 10, std430) readonly buffer EnvironmentTable { float environment_table[]; };
 
 bool has_environment() { return frame.environment_cells.x > 0u; }
@@ -43,20 +44,9 @@ vec3 environment_radiance(vec3 direction) {
     return frame.environment_scale * mix(top, bottom, part.y);
 }
 
-// The number of the interval that holds `u`, of `count` whose ends stand from `first` on.
-uint environment_interval(uint first, uint count, float u) {
-    uint low = 0u;
-    uint high = count - 1u;
-    while (low < high) {
-        uint middle = (low + high + 1u) / 2u;
-        if (environment_table[first + middle] <= u) {
-            low = middle;
-        } else {
-            high = middle - 1u;
-        }
-    }
-    return low;
-}
+float environment_sum(uint i) { return environment_table[i]; }
+
+DEFINE_INTERVAL_SEARCH(environment_interval, environment_sum)
 
 // A cell of the table: where its intervals begin, along its row and down the rows, and their lengths, which are
 // probabilities.
@@ -116,6 +106,16 @@ EnvironmentCell environment_cell_of(vec3 direction) {
 // The density with which `sample_environment` draws a direction, per steradian.
 float environment_density(vec3 direction) {
     return cell_density(environment_cell_of(direction));
+}
+
+// A direction drawn by the environment's light, or by the cosine to a surface; half of them are to be of either kind.
+vec3 mixed_direction(vec3 normal, vec2 u, bool by_light) {
+    return by_light ? sample_environment(u).direction : cosine_direction(normal, u);
+}
+
+// The density of directions of both kinds together, per steradian, where the cosine is above 0.
+float mixed_density(vec3 direction, float cosine) {
+    return 0.5 * (environment_density(direction) + cosine / PI);
 }
 
 // The two numbers that `sample_environment` takes to a direction.

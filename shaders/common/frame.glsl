@@ -32,6 +32,10 @@ float ray_offset(vec3 position_ws) {
     return RAY_OFFSET * max(size.x, max(size.y, size.z));
 }
 
+// From the eye through a point of the picture, -1 to 1 from its left and upper edge, at distance 1 along the viewing
+// direction.
+vec3 ray_through(vec2 ndc) { return frame.forward_ws + ndc.x * frame.right_ws - ndc.y * frame.up_ws; }
+
 // Where a position lies in the picture, by way of its offset from the eye: far from the origin that difference is exact,
 // where a product with the whole matrix would lose its digits to the translation.
 vec4 clip_position(vec3 position_ws) {

@@ -3,7 +3,7 @@
 // From the eye to where the pixel was sampled, at distance 1 along the viewing direction.
 vec3 view_ray(uvec2 pixel) {
     vec2 ndc = (vec2(pixel) + 0.5 + pixel_jitter()) / vec2(image_size()) * 2.0 - 1.0;
-    return frame.forward_ws + ndc.x * frame.right_ws - ndc.y * frame.up_ws;
+    return ray_through(ndc);
 }
 
 // World position from reversed-Z depth (near / view z) where the pixel was sampled.

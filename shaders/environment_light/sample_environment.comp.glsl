@@ -41,7 +41,7 @@ Chosen choose_direction(Receiver receiver, uint first, uint sequence_seed, inout
     float sum = 0.0;
     for (uint i = 0u; i < CANDIDATES; ++i) {
         vec2 u = r2_sequence((first + i) / 2u, hash(sequence_seed, i % 2u));
-        vec3 direction = i % 2u == 0u ? sample_environment(u).direction : cosine_direction(receiver.normal, u);
+        vec3 direction = mixed_direction(receiver.normal, u, i % 2u == 0u);
         float cosine = dot(direction, receiver.normal);
         float pick = random(random_state);
         vec3 irradiance = environment_radiance(direction) * cosine;
@@ -49,7 +49,7 @@ Chosen choose_direction(Receiver receiver, uint first, uint sequence_seed, inout
         if (cosine <= 0.0 || dot(direction, receiver.geometric) <= 0.0 || brings <= 0.0) {
             continue;
         }
-        float weight = brings / (0.5 * (environment_density(direction) + cosine / PI));
+        float weight = brings / mixed_density(direction, cosine);
         sum += weight;
         if (pick * sum < weight) {
             chosen = Chosen(direction, irradiance / brings);

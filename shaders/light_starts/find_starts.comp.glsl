@@ -1,7 +1,7 @@
-// Where light paths would have to start that light what the camera sees. One thread per path from the camera: through a point
-// of the picture, then by cosine-distributed diffuse bounces; at every vertex the light of one lamp or from one direction of
-// the environment, and the start of the light path that would bring it. Light is the same in both directions, so that the starts, each weighted by its light, lie
-// as densely as light paths should.
+// Where light paths would have to start that light what the camera sees. One thread per path from the camera: through a
+// point of the picture, then by cosine-distributed diffuse bounces; at every vertex the light of one lamp or from one
+// direction of the environment, and the start of the light path that would bring it. Light is the same in both directions,
+// so that the starts, each weighted by its light, lie as densely as light paths should.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/color.glsl"
@@ -24,20 +24,19 @@ layout(push_constant) uniform Push { uint parts_per_edge; uint paths_per_part; }
 vec3 view_direction(uint part, inout uint random_state) {
     vec2 inside = vec2(random(random_state), random(random_state));
     vec2 at = (vec2(part % parts_per_edge, part / parts_per_edge) + inside) / float(parts_per_edge) * 2.0 - 1.0;
-    return normalize(frame.forward_ws + at.x * frame.right_ws - at.y * frame.up_ws);
+    return normalize(ray_through(at));
 }
 
 // What the environment sends to the surface from one direction, drawn by its light or by the cosine, and its two numbers.
 vec3 sample_environment_start(HitSurface surface, vec3 origin, inout uint random_state, out vec2 numbers) {
     vec2 u = vec2(random(random_state), random(random_state));
-    bool by_light = random(random_state) < 0.5;
-    vec3 direction = by_light ? sample_environment(u).direction : cosine_direction(surface.normal, u);
+    vec3 direction = mixed_direction(surface.normal, u, random(random_state) < 0.5);
     numbers = environment_numbers(direction);
     float cosine = dot(direction, surface.normal);
     if (cosine <= 0.0 || dot(direction, surface.geometric) <= 0.0 || !is_open(origin, direction)) {
         return vec3(0.0);
     }
-    return environment_radiance(direction) * cosine / (0.5 * (environment_density(direction) + cosine / PI));
+    return environment_radiance(direction) * cosine / mixed_density(direction, cosine);
 }
 
 // What one light, picked by its share of the power, sends to the surface, and the start of its path.

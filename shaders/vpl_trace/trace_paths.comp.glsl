@@ -1,5 +1,5 @@
-// Light paths from suns, spots, points and the environment; a VPL at every diffuse hit. One thread per path; path p writes VPL b
-// to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling.
+// Light paths from suns, spots, points and the environment; a VPL at every diffuse hit. One thread per path; path p writes
+// VPL b to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling.
 // Three numbers between 0 and 1 say where a path starts: the light, and two for it. They are drawn from cells, each with
 // its share of the paths, and what a path carries is divided by the density of its cell.
 // Reads the scene. Keller 1997; Lin and Yuksel 2019, section 4.
@@ -21,20 +21,9 @@ layout(set = 0, binding = 5, std430) readonly buffer StartCells { StartCell star
 
 #include "common/path_starts.glsl"
 
-// The cell in which a path starts that stands at `share` in their order.
-StartCell start_cell(float share) {
-    uint low = 0u;
-    uint high = uint(start_cells.length()) - 1u;
-    while (low < high) {
-        uint middle = (low + high + 1u) / 2u;
-        if (start_cells[middle].first <= share) {
-            low = middle;
-        } else {
-            high = middle - 1u;
-        }
-    }
-    return start_cells[low];
-}
+float share_before(uint cell) { return start_cells[cell].first; }
+
+DEFINE_INTERVAL_SEARCH(start_cell, share_before)
 
 void main() {
     uint path = linear_thread();
@@ -43,7 +32,7 @@ void main() {
     }
     uint random_state = hash(path, frame_seed());
     float share = (float(path) + random(random_state)) / float(frame.path_count);
-    StartCell cell = start_cell(share);
+    StartCell cell = start_cells[start_cell(0u, uint(start_cells.length()), share)];
     vec3 numbers = vec3(clamp((share - cell.first) / cell.share, 0.0, 1.0), r2_sequence(path, frame_seed()));
     vec3 start = cell.low + cell.size * numbers;
     Emission emission;

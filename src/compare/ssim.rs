@@ -1,13 +1,13 @@
 //! Structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004) of luma.
 
 use super::image::Image;
+/// Luma has the weights of luminance.
+use crate::color::LUMINANCE_WEIGHTS as LUMA;
 
 /// Taps of the Gaussian window, in each direction.
 const TAPS: usize = 11;
 /// Its standard deviation in pixels.
 const DEVIATION_PX: f64 = 1.5;
-/// The weights of Rec. 709 luma.
-const LUMA: [f64; 3] = [0.2126, 0.7152, 0.0722];
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::lights::luminance;
+use crate::color::luminance;
 use crate::shared::{EXPOSURE_BINS, EXPOSURE_STOPS};
 
 const BINS: usize = EXPOSURE_BINS as usize;

@@ -59,12 +59,6 @@ impl LightList {
     }
 }
 
-/// Rec. 709 luminance.
-#[must_use]
-pub fn luminance(color: Vec3) -> f32 {
-    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}
-
 /// Blending function of a level at distance `d`, with `radius` = alpha times the level's cell.
 #[must_use]
 pub fn blend_weight(d: f32, radius: f32, level: u32, first_used: u32, last_used: u32) -> f32 {

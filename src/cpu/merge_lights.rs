@@ -4,7 +4,8 @@ use glam::Vec3;
 
 use super::count_lights::LevelTable;
 use super::deal_lights::{Deal, SUB_IMAGE_STRIDE};
-use super::lights::{LightList, luminance};
+use super::lights::LightList;
+use crate::color::luminance;
 use crate::shared::GridLight;
 
 /// The merged list: `sub_images` from [`super::deal_lights::deal_lights`].

@@ -5,7 +5,8 @@ use glam::Vec3;
 use super::count_lights::LevelTable;
 use super::fixed_point::{SMALLEST, fixed_from_float};
 use super::grid::{Grid, corner, trilinear_weight};
-use super::lights::{LightList, luminance};
+use super::lights::LightList;
+use crate::color::luminance;
 use crate::settings::CenterWeight;
 
 /// The 14 fixed-point sums of a vertex: w, wm, wm q (3), wm q^2 (3), wm n (3), w flux (3).

@@ -113,12 +113,6 @@ pub fn turned(direction: Vec3, turn_deg: f32) -> Vec3 {
     glam::Quat::from_rotation_y(turn_deg.to_radians()) * direction
 }
 
-/// Luminance of linear RGB.
-fn luminance(rgb: [f32; 3]) -> f64 {
-    let [r, g, b] = rgb.map(f64::from);
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

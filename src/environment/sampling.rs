@@ -5,7 +5,8 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 use super::resample::Resampled;
-use super::{Environment, image_point, luminance, row_cosine, texel_solid_angle};
+use super::{Environment, image_point, row_cosine, texel_solid_angle};
+use crate::color::luminance_f64 as luminance;
 
 /// The most cells of a table, along and across the image.
 const MOST_CELLS: [u32; 2] = [512, 256];

@@ -8,7 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DMat3, DVec3, Vec3};
 
-use super::{Environment, EnvironmentSun, image_direction, luminance, texel_solid_angle};
+use super::{Environment, EnvironmentSun, image_direction, texel_solid_angle};
+use crate::color::luminance_f64 as luminance;
 
 /// Haze: 2 is very clear air, 10 is hazy.
 const TURBIDITY: f64 = 3.0;

@@ -5,7 +5,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
-use super::{Environment, EnvironmentSun, image_direction, luminance, texel_solid_angle};
+use super::{Environment, EnvironmentSun, image_direction, texel_solid_angle};
+use crate::color::luminance_f64 as luminance;
 
 /// The largest sun: a texel of a micro-buffer of 8x8, of which 60 make a hemisphere.
 const LARGEST_SUN_SR: f64 = TAU / 60.0;

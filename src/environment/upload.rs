@@ -2,7 +2,8 @@
 
 use half::f16;
 
-use super::{Environment, SamplingTable, luminance};
+use super::{Environment, SamplingTable};
+use crate::color::luminance_f64 as luminance;
 
 /// The largest number that is stored, half of what half floats end at.
 const LARGEST_STORED: f32 = 32_768.0;

@@ -5,6 +5,7 @@ use glam::Vec3;
 
 use super::albedo_array::{AlbedoArray, build_albedo_array, mip_chains};
 use super::{Light, Scene, Texture};
+use crate::color::luminance;
 use crate::environment::upload::PreparedEnvironment;
 use crate::shared::{GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NO_LAYER, PunctualLight};
 
@@ -106,7 +107,7 @@ fn lights(lights: &[Light], scene_radius: f32) -> (Vec<PunctualLight>, f64) {
 /// A light as shaders read it, and its flux (luminance).
 fn punctual(light: &Light, scene_radius: f32) -> (PunctualLight, f64) {
     let pi = std::f64::consts::PI;
-    let luminance = |c: &Vec3| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+    let luminance = |color: &Vec3| f64::from(luminance(*color));
     let mut gpu: PunctualLight = bytemuck::Zeroable::zeroed();
     match light {
         Light::Directional { direction_ws, irradiance } => {

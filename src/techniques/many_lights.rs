@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::rules::is_of_every_frame;
 use super::spacing::{disc_radius, median};
 use super::{AddedView, Count, TechniqueOutputs, starts};
-use crate::cpu::lights::luminance;
+use crate::color::luminance;
 use crate::dump::{
     Array, COUNT, DumpContext, Entry, Field, METRES_AND_BITS, Scalar, all_words, buffer, f, noted, ranks, u,
 };

@@ -4,25 +4,29 @@ use super::counts;
 use super::frames::{Frames, run_frames};
 use super::outputs::Outputs;
 use super::setup::{find_camera, load_scene, open_gpu, scene_info, upload};
+use crate::cli::Verbosity;
 use crate::files::FileKind;
 use crate::gpu::FrameCapture;
 use crate::graph::to_dot;
 use crate::progress::Progress;
 use crate::renderer::{Fresh, Job, Renderer};
+use crate::report::answer::Answer;
 use crate::report::dump;
 use crate::report::dump::folder::{DumpFolder, DumpTarget};
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, to_csv};
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{OutputSettings, Settings};
 use crate::{Error, Result, interrupt};
 
-/// Renders the frames that the settings ask for, writes the outputs and prints the table unless `quiet`.
+/// Renders the frames that the settings ask for, writes the outputs and says what was done: in a few lines, with `-v` all
+/// passes in a table.
 ///
 /// # Errors
 /// Whatever stands in the way; the outputs are then as they were.
-pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()> {
+pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
+    let progress = Progress::new(verbosity.quiet);
     let outputs = Outputs::prepare(settings)?;
     let dump = settings.output.dump.as_deref().map(DumpTarget::prepare).transpose()?;
     interrupt::listen()?;
@@ -51,7 +55,11 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         log::warn!("{sentence}");
     }
     let exposure = renderer.read_exposure()?;
-    let printed = (!quiet).then(|| table(&times, &rays, exposure));
+    let printed = match verbosity {
+        Verbosity { quiet: true, .. } => None,
+        Verbosity { verbose: 0, .. } => Some(answer(&job, &scene, &renderer, &times, exposure)?),
+        _ => Some(table(&times, &rays, exposure)),
+    };
     let picture = match outputs.picture {
         None => None,
         Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
@@ -82,6 +90,27 @@ pub fn render(settings: &Settings, progress: Progress, quiet: bool) -> Result<()
         super::say(&text);
     }
     interrupted.map_or(Ok(()), |sentence| Err(Error::Interrupted(format!("{sentence}; that much is written"))))
+}
+
+/// What the run says at its end.
+fn answer(
+    job: &Job<'_>,
+    scene: &Scene,
+    renderer: &Renderer,
+    times: &RunTimes,
+    exposure: Option<f32>,
+) -> Result<String> {
+    let OutputSettings { picture, timings, dump, .. } = &job.settings.output;
+    let answer = Answer {
+        scene: &scene_info(job.settings, scene, job.camera),
+        device: &Device::of(job.gpu.report()),
+        settings: job.settings,
+        times,
+        counts: &renderer.shapes().technique.counts(&renderer.read_counters()?),
+        exposure,
+        files: &[picture, timings, dump].into_iter().flatten().cloned().collect::<Vec<_>>(),
+    };
+    Ok(answer.text())
 }
 
 /// What a picture says of itself.

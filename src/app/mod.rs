@@ -22,7 +22,6 @@ use log::LevelFilter;
 
 use crate::Result;
 use crate::cli::{self, Command, Verbosity};
-use crate::progress::Progress;
 use crate::settings::Settings;
 
 /// Runs the program on a command line, program name first.
@@ -68,7 +67,7 @@ fn execute(command: Command) -> Result<()> {
         }
         Command::Render { settings, print_graph: false, verbosity } => {
             start_log(verbosity);
-            headless::render(&settings, Progress::new(verbosity.quiet), verbosity.quiet)
+            headless::render(&settings, verbosity)
         }
     }
 }

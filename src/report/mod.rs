@@ -1,5 +1,6 @@
-//! What a run leaves behind beside pictures: timings, dumps, error reports and the table on stdout.
+//! What a run leaves behind beside pictures: timings, dumps, error reports and what it says on stdout.
 
+pub mod answer;
 pub mod dump;
 pub mod error_report;
 pub mod machine;

@@ -222,6 +222,30 @@ fn light_paths_from_the_environment_bring_what_paths_from_the_camera_find() {
     }
 }
 
+/// Where floor and wall meet, the hierarchy's lights are nearer than what they stand for. Samples take that out, and the
+/// filter, which works per unit of the hierarchy's lighting, brings a part of it back (docs/accuracy.md).
+#[test]
+fn the_filter_brings_back_a_part_of_the_hierarchys_error() {
+    let scene = under(corner(), Environment::uniform([1.0; 3]));
+    let energy = |technique: Technique, change: fn(&mut Settings)| {
+        let settings = settings(technique).changed(|s| {
+            s.render.direct = Switch::Off;
+            (s.many_lights.vpls, s.many_lights.clamp) = (20_000, 0.0);
+            s.path_trace.samples = 256;
+        });
+        mean(&render(&scene, &settings.changed(change)))
+    };
+    let paths = energy(Technique::PathTrace, |_| ());
+    let of_paths = |change: fn(&mut Settings)| energy(Technique::Lgh, change) / paths;
+    let unshadowed = of_paths(|s| (s.render.accumulate, s.many_lights.shadows) = (16, Switch::Off));
+    let unfiltered = of_paths(|s| (s.render.accumulate, s.lgh.filter) = (16, ShadowFilter::None));
+    let filtered = of_paths(|s| s.render.accumulate = 16);
+    println!("of the energy of paths: {unshadowed} without shadows, {unfiltered} unfiltered, {filtered} filtered");
+    close(unfiltered, 1.0, 0.03, "unfiltered").unwrap();
+    close(filtered, 1.0, 0.1, "filtered").unwrap();
+    close(unshadowed, 1.0, 0.1, "without shadows").unwrap_err();
+}
+
 #[test]
 fn the_view_of_visibility_tells_what_is_in_the_way() {
     let visible = |scene: Scene| {

@@ -17,6 +17,7 @@ pub mod interrupt;
 pub mod job;
 pub mod light_grid;
 pub mod light_paths;
+pub mod micro_buffers;
 pub mod passes;
 pub mod points;
 pub mod progress;

@@ -1,10 +1,12 @@
 //! A scene on a device, and what is computed of it before it gets there.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use glam::Vec3;
 
+use crate::environment::Environment;
+use crate::environment::blurred::blurred;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, SceneBytes, SceneData, SceneSet};
 use crate::points::PointCloud;
@@ -30,6 +32,9 @@ pub struct UploadedScene {
     pub(crate) environment_flux: f64,
     /// Radiance over what the environment's image holds.
     pub(crate) environment_scale: f32,
+    /// Light from all around, and means of it once they are asked for.
+    environment: Option<Arc<Environment>>,
+    environment_means: OnceLock<Arc<[[f32; 4]]>>,
     /// Directional and spot lights, as uploaded.
     other_lights: Vec<PunctualLight>,
     /// Points over its surfaces, those that were asked for last in front.
@@ -119,6 +124,8 @@ impl UploadedScene {
             has_structures: query.is_some(),
             environment_cells: environment.cells,
             environment_scale: environment.scale,
+            environment: scene.environment.clone(),
+            environment_means: OnceLock::new(),
             light_flux: *light_flux,
             environment_flux: environment.scalar_irradiance * std::f64::consts::PI * radius * radius,
             other_lights,
@@ -169,6 +176,18 @@ impl UploadedScene {
     #[must_use]
     pub fn set(&self) -> &Arc<SceneSet> {
         &self.set
+    }
+
+    /// Means of the environment over caps of several sizes ([`blurred`]), in the unit that its image is stored in; a black
+    /// texel where nothing comes from it.
+    #[must_use]
+    pub fn environment_means(&self) -> Arc<[[f32; 4]]> {
+        let scale = self.environment_scale;
+        let stored = |environment: &Arc<Environment>| -> Arc<[[f32; 4]]> {
+            blurred(environment).iter().map(|texel| texel.map(|value| value / scale)).collect()
+        };
+        let means = || self.environment.as_ref().filter(|_| scale > 0.0).map_or_else(|| [[0.0; 4]].into(), stored);
+        Arc::clone(self.environment_means.get_or_init(means))
     }
 
     /// Punctual lights of the scene.

@@ -10,7 +10,7 @@ const LAYERS: &[&[&str]] = &[
     &["camera", "files", "graph", "interrupt", "shared"],
     &["environment"],
     &["compare", "light_grid", "light_paths", "scene", "settings", "shader"],
-    &["points"],
+    &["micro_buffers", "points"],
     &["cpu", "gpu", "views"],
     &["uploaded_scene"],
     &["job"],

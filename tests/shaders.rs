@@ -15,8 +15,8 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    LevelBuild, Levels, LightSet, LightingMode, Rays, Reservoir, Settings, ShadowEstimate, ShadowFilter, Size, Switch,
-    Technique, View,
+    Coverage, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Settings, ShadowEstimate,
+    ShadowFilter, Size, Switch, Technique, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -80,6 +80,7 @@ fn small() -> Settings {
         s.picture.size = Size { width: 48, height: 27 };
         s.many_lights.vpls = 500;
         s.lgh.levels = Levels::Fixed(3);
+        s.pbgi.points = 4096;
     })
 }
 
@@ -101,6 +102,13 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
             s.path_trace.samples = 2;
         }),
         small().changed(|s| s.render.technique = Technique::BruteForce),
+        small().changed(|s| s.render.technique = Technique::Pbgi),
+        small().changed(|s| {
+            s.render.technique = Technique::Pbgi;
+            s.pbgi.micro = MicroFill::Points;
+            s.pbgi.coverage = Coverage::Binary;
+        }),
+        small().changed(|s| s.render.technique = Technique::PbgiReference),
         small().changed(|s| {
             s.render.technique = Technique::BruteForce;
             s.many_lights.shadows = Switch::Off;
@@ -220,15 +228,17 @@ fn render(
 /// Every pass that traces rays, by ray queries.
 fn query_modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     let lgh = reservoirs.iter().map(|reservoir| small().changed(|s| s.lgh.reservoir = Some(*reservoir)));
-    let references = [Technique::PathTrace, Technique::BruteForce]
+    let points = small().changed(|s| (s.render.technique, s.pbgi.micro) = (Technique::Pbgi, MicroFill::Points));
+    let others = [Technique::PathTrace, Technique::BruteForce, Technique::Pbgi, Technique::PbgiReference]
         .map(|technique| small().changed(|s| s.render.technique = technique));
-    lgh.chain(references).map(|settings| settings.changed(|s| s.tracing.rays = Rays::Query)).collect()
+    lgh.chain(others).chain([points]).map(|settings| settings.changed(|s| s.tracing.rays = Rays::Query)).collect()
 }
 
 fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {
     let scene = room();
     let query = gpu.features().ray_query;
-    let uploaded = UploadedScene::with_rays(gpu, &scene, if query { Rays::Query } else { Rays::Bvh }).unwrap();
+    let mut uploaded = UploadedScene::with_rays(gpu, &scene, if query { Rays::Query } else { Rays::Bvh }).unwrap();
+    uploaded.spread_points(&scene, Some(12)).unwrap();
     let mut modes = modes(reservoirs);
     if query {
         modes.extend(query_modes(reservoirs));
@@ -248,18 +258,11 @@ fn every_module_runs_in_some_mode() {
     let before_frames = |name: &str| name.starts_with("light_starts/");
     // Passes of tests have these: tests/graph_on_gpu.rs runs them.
     let in_tests = |name: &str| name.starts_with("tests/");
-    // No technique has these yet: tests/twin_points.rs runs them.
-    let of_points = |name: &str| name.starts_with("point_");
     let query = test.gpu.features().ray_query;
     let can_run = |name: &str| (exact || !name.contains("_exact")) && (query || !name.contains("_query"));
     let unused: Vec<&str> = spirv::names()
         .filter(|name| {
-            !used.contains(*name)
-                && !in_a_window(name)
-                && !before_frames(name)
-                && !in_tests(name)
-                && !of_points(name)
-                && can_run(name)
+            !used.contains(*name) && !in_a_window(name) && !before_frames(name) && !in_tests(name) && can_run(name)
         })
         .collect();
     assert!(unused.is_empty(), "no mode of the frame uses {unused:?}");

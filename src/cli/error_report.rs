@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::Command;
 use super::options::{DiagnosticsArgs, FileArgs, Overrides};
 use crate::settings::{
-    DeviceSettings, EnvironmentSettings, LghSettings, LightSet, ManyLightSettings, PictureSettings, SceneSettings,
-    Scope, Settings, Size, TracingSettings,
+    DeviceSettings, EnvironmentSettings, LghSettings, LightSet, ManyLightSettings, PbgiSettings, PictureSettings,
+    SceneSettings, Scope, Settings, Size, TracingSettings,
 };
 use crate::{Error, Result, techniques};
 
@@ -44,6 +44,8 @@ pub(super) struct ErrorReportArgs {
     many_lights: Overrides<ManyLightSettings>,
     #[command(flatten)]
     lgh: Overrides<LghSettings>,
+    #[command(flatten)]
+    pbgi: Overrides<PbgiSettings>,
     #[command(flatten)]
     device: Overrides<DeviceSettings>,
     #[command(flatten)]
@@ -99,6 +101,7 @@ impl ErrorReportArgs {
         self.tracing.apply(&mut settings.tracing)?;
         self.many_lights.apply(&mut settings.many_lights)?;
         self.lgh.apply(&mut settings.lgh)?;
+        self.pbgi.apply(&mut settings.pbgi)?;
         self.device.apply(&mut settings.device)?;
         settings.validate()?;
         techniques::check(&settings)?;

@@ -13,7 +13,8 @@ use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::settings::{
     DeviceSettings, EnvironmentSettings, LghSettings, ManyLightSettings, OutputSettings, PathTraceSettings,
-    PictureSettings, RenderSettings, RunSettings, SceneSettings, Settings, TracingSettings, WindowSettings,
+    PbgiSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, Settings, TracingSettings,
+    WindowSettings,
 };
 use crate::{Error, Result, techniques};
 use commands::Subcommand;
@@ -96,6 +97,8 @@ pub struct Args {
     picture: Overrides<PictureSettings>,
     #[command(flatten)]
     render: Overrides<RenderSettings>,
+    #[command(flatten)]
+    pbgi: Overrides<PbgiSettings>,
     #[command(flatten)]
     path_trace: Overrides<PathTraceSettings>,
     #[command(flatten)]
@@ -181,6 +184,7 @@ impl Args {
         self.run.apply(&mut settings.run)?;
         self.picture.apply(&mut settings.picture)?;
         self.render.apply(&mut settings.render)?;
+        self.pbgi.apply(&mut settings.pbgi)?;
         self.path_trace.apply(&mut settings.path_trace)?;
         self.tracing.apply(&mut settings.tracing)?;
         self.many_lights.apply(&mut settings.many_lights)?;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::*;
 use crate::settings::{
-    CenterWeight, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe,
-    PresentMode, Rays, RenderScale, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch,
-    Technique, ToneMap, View, VplImportance,
+    CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode,
+    Lobe, MicroFill, PresentMode, Rays, RenderScale, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size,
+    SunPlace, Switch, Technique, ToneMap, View, VplImportance,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -52,7 +52,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --direct off --lights both --vpls 7 --vpl-importance none \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --sun-leaves 2 --direct off --lights both --vpls 7 --vpl-importance none \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
@@ -70,6 +70,10 @@ fn every_option_arrives() {
         s.environment.samples = 9;
         s.render.technique = Technique::Lgh;
         s.path_trace.samples = 3;
+        s.pbgi.points = 4096;
+        s.pbgi.micro = MicroFill::Points;
+        s.pbgi.coverage = Coverage::Binary;
+        s.pbgi.sun_leaves = 2;
         s.render.accumulate = 1;
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;
@@ -111,8 +115,9 @@ fn every_option_arrives() {
         s.window.render_scale = RenderScale::Fixed(0.25);
     });
     assert_eq!(settings(&line.split_whitespace().collect::<Vec<_>>()), expected);
-    // The technique that has most of them, one frame, and the ends of shadow rays that the estimate needs.
-    let as_by_default = ["technique", "accumulate", "shadow-points"];
+    // The technique that has most of them, one frame, the ends of shadow rays that the estimate needs, and the hemisphere that
+    // points do.
+    let as_by_default = ["technique", "accumulate", "shadow-points", "hemisphere"];
     let keys = expected.differences(&Settings::default()).unwrap().len() + as_by_default.len();
     assert_eq!(keys, Settings::keys().count());
     assert_eq!(settings(&["--shadow-points", "deviation"]).lgh.shadow_points, ShadowPoints::Deviation);
@@ -201,7 +206,7 @@ fn mistakes_get_one_sentence() {
         (&["--vpls", "many"], "invalid value 'many' for '--vpls <N>'"),
         (&["--vpls"], "a value is required for '--vpls <N>'"),
         (&["--size", "big"], "`big` is not a size of the form WIDTHxHEIGHT"),
-        (&["--technique", "magic"], "lgh, direct, brute-force, path-trace"),
+        (&["--technique", "magic"], "lgh, pbgi, direct, brute-force, path-trace, pbgi-reference"),
         (&["--levels", "few"], "`few` is not `auto` or a whole number of levels"),
         (&["--quiet", "-v"], "cannot be used with"),
         (&["a.gltf", "b.gltf"], "unexpected argument 'b.gltf' found"),
@@ -243,6 +248,8 @@ fn help_states_the_defaults() {
         ("--frames <N>", settings.run.frames.to_string()),
         ("--warmup <N>", settings.run.warmup.to_string()),
         ("--samples <N>", settings.path_trace.samples.to_string()),
+        ("--points <N>", settings.pbgi.points.to_string()),
+        ("--sun-leaves <N>", settings.pbgi.sun_leaves.to_string()),
         ("--accumulate <N>", settings.render.accumulate.to_string()),
         ("--max-submit-ms <MS>", settings.device.max_submit_ms.to_string()),
         ("--vpls <N>", settings.many_lights.vpls.to_string()),

@@ -3,6 +3,7 @@
 //! The image is equirectangular, linear radiance, row 0 towards +y. Its column u in 0..1 looks along (cos a, ., sin a)
 //! with a = 2 pi (u - 1/2), so that the middle of the image is +x.
 
+pub mod blurred;
 pub mod file;
 mod resample;
 mod sampling;

@@ -102,9 +102,13 @@ fn candidates(surface: &Surface<'_>, ends: &[f64], count: usize) -> Vec<Candidat
     (0..count).map(candidate).filter(is_visible).collect()
 }
 
+/// How far points stay from each edge of their triangle, over its height.
+const EDGE_DISTANCE: f64 = 1e-3;
+
 /// Place i of a sequence that covers a triangle evenly, as do its parts that follow each other (Roberts 2018).
 fn place_in_triangle(i: usize) -> Vec2 {
     let [x, y] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_2].map(|step| (0.5 + step * i as f64).fract());
     let folded = if x + y > 1.0 { [1.0 - x, 1.0 - y] } else { [x, y] };
-    Vec2::from(folded.map(|c| c as f32))
+    // Off the edges, where what a point sees would depend on roundings.
+    Vec2::from(folded.map(|c| (EDGE_DISTANCE + (1.0 - 3.0 * EDGE_DISTANCE) * c) as f32))
 }

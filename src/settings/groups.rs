@@ -77,9 +77,9 @@ settings_group! {
         /// selected-level, lights-tested, light-count, level-weights or vpls [default: final]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]
         pub view: View = View::Final,
-        /// The lighting grid hierarchy, direct light alone, or a reference: every light at every pixel, or path tracing
-        /// [default: lgh]
-        #[arg(long, value_enum, hide_possible_values = true, value_name = "lgh|direct|brute-force|path-trace")]
+        /// The lighting grid hierarchy, point-based global illumination, direct light alone, or a reference: every light at every
+        /// pixel, path tracing, or every point lit and what each pixel sees of them [default: lgh]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "lgh|pbgi|direct|brute-force|path-trace|pbgi-reference")]
         pub technique: Technique = Technique::Lgh,
         /// Mean of this many frames with fresh seeds and sub-pixel jitter, 1 or more [default: 1]
         #[arg(long, value_name = "N")]

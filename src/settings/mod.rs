@@ -29,10 +29,11 @@ pub use groups::{
 };
 pub use scope::Scope;
 pub use sun::SunPlace;
-pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings};
+pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings, PbgiSettings};
 pub use values::{
-    CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir,
-    ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, ToneMap, View, VplImportance, name,
+    CenterWeight, Coverage, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels, LightSet, LightingMode, Lobe,
+    MicroFill, Rays, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, ToneMap, View,
+    VplImportance, name,
 };
 pub use window_values::{PresentMode, RenderScale};
 
@@ -97,6 +98,8 @@ settings_tree! {
     many_lights: ManyLightSettings,
     /// The lighting grid hierarchy.
     lgh: LghSettings,
+    /// Point-based global illumination.
+    pbgi: PbgiSettings,
     /// Path tracing.
     path_trace: PathTraceSettings,
     /// What renders, and how it is treated.

@@ -1,9 +1,9 @@
 //! Settings for tests.
 
 use super::{
-    CenterWeight, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe,
-    PresentMode, Rays, RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace,
-    Switch, Technique, ToneMap, View, VplImportance,
+    CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels, LightSet,
+    LightingMode, Lobe, MicroFill, PresentMode, Rays, RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter,
+    ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
 };
 
 /// Settings of which none is the default.
@@ -22,6 +22,11 @@ pub fn every_value_changed() -> Settings {
         s.environment.samples = 7;
         s.render.technique = Technique::PathTrace;
         s.path_trace.samples = 3;
+        s.pbgi.points = 4096;
+        s.pbgi.micro = MicroFill::Points;
+        s.pbgi.coverage = Coverage::Binary;
+        s.pbgi.hemisphere = Hemisphere::Concentric;
+        s.pbgi.sun_leaves = 2;
         s.render.accumulate = 4;
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;

@@ -37,12 +37,16 @@ pub(super) fn count(text: &str) -> Result<u32, String> {
 pub enum Technique {
     /// The lighting grid hierarchy: direct and indirect light.
     Lgh,
+    /// Point-based global illumination: one bounce of the light of an environment, of suns and of lamps.
+    Pbgi,
     /// Direct light only.
     Direct,
     /// Every virtual point light shaded at every pixel: the reference for the hierarchy.
     BruteForce,
     /// Unidirectional path tracing: the reference for everything.
     PathTrace,
+    /// Every point lit, and what each pixel sees of them: the reference for point-based global illumination.
+    PbgiReference,
 }
 
 /// A part of the picture that can be left out.
@@ -201,6 +205,36 @@ pub enum LevelBuild {
     Gather,
     /// Every light scatters into every level (slow, for comparison).
     Scatter,
+}
+
+/// What fills micro-buffers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum MicroFill {
+    /// A ray for each texel.
+    Rays,
+    /// The points, splatted, as in the paper.
+    Points,
+}
+
+/// How much of a texel a point covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Coverage {
+    /// Its share of the texel.
+    Fraction,
+    /// All of it, as in the paper.
+    Binary,
+}
+
+/// How the texels of a micro-buffer divide the hemisphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Hemisphere {
+    /// A paraboloid, as in the paper: the solid angle of texels at the rim is a quarter of that in the middle.
+    Paraboloid,
+    /// The concentric map: texels of the same cosine weight.
+    Concentric,
 }
 
 /// How the lights are summed into the finest grid. The sums are the same to the bit.

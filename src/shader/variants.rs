@@ -46,7 +46,12 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("environment_light/sample_environment.comp.glsl", RAYS),
     ("inspect/inspect_pixel.comp.glsl", INSPECTIONS),
     ("brute_force/shade_all.comp.glsl", RAYS),
+    ("micro_buffers/choose_leaves.comp.glsl", RAYS),
+    ("micro_buffers/trace_texels.comp.glsl", RAYS),
+    ("point_light/light_primaries.comp.glsl", RAYS),
+    ("point_light/light_secondaries.comp.glsl", MICRO_BUFFERS),
     ("path_trace/trace_pixels.comp.glsl", RAYS),
+    ("pbgi_reference/gather_pixels.comp.glsl", RAYS),
     ("tests/fill_texels.comp.glsl", DIMENSIONS),
     ("tests/sum_texels.comp.glsl", DIMENSIONS),
 ];
@@ -78,6 +83,16 @@ const FILTERS: &[VariantSpec] = &[("", &[]), ("_both", &[("FILTERS_UNSHADOWED", 
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];
+
+/// What fills micro-buffers of the points that need one, or of all leaves: rays, or points, beside rays towards lamps.
+const MICRO_BUFFERS: &[VariantSpec] = &[
+    ("", &[]),
+    ("_query", &[("RAY_QUERY", "1")]),
+    ("_leaves", &[("ALL_LEAVES", "1")]),
+    ("_leaves_query", &[("ALL_LEAVES", "1"), ("RAY_QUERY", "1")]),
+    ("_points", &[("MICRO_POINTS", "1")]),
+    ("_points_query", &[("MICRO_POINTS", "1"), ("RAY_QUERY", "1")]),
+];
 
 /// Kinds of images.
 const DIMENSIONS: &[VariantSpec] = &[("", &[]), ("_layers", &[("LAYERS", "1")]), ("_volume", &[("VOLUME", "1")])];

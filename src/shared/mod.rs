@@ -8,8 +8,8 @@ mod table;
 mod texels;
 
 pub use structs::{
-    ALL as STRUCTS, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel, InspectedPixel, InspectedSample,
-    LEVEL_ROWS, PointCounts, PunctualLight, StartCell, StartSample,
+    ALL as STRUCTS, CacheCounts, CachePlace, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel,
+    InspectedPixel, InspectedSample, LEVEL_ROWS, MicroTexel, PointCounts, PunctualLight, StartCell, StartSample,
 };
 
 pub use table::{FieldInfo, FieldKind, SharedStruct, StructInfo};
@@ -133,6 +133,34 @@ shared_constants! {
     POINT_DISPATCH_THREAD_EACH = 1;
     /// A workgroup for four keys.
     POINT_DISPATCH_GROUP_OF_FOUR = 2;
+    /// Edge in texels of the micro-buffer of a primary point.
+    PRIMARY_EDGE = 16;
+    /// Edge in texels of the micro-buffer of a secondary point.
+    SECONDARY_EDGE = 8;
+    /// Edge of the square of lobes that a micro-buffer is convolved with.
+    LOBE_EDGE = 5;
+    /// Invocations that light a point or fill its micro-buffer together.
+    POINT_LANES = 64;
+    /// Edge in pixels of the tiles that caches are listed for.
+    CACHE_TILE = 16;
+    /// Most caches that a tile has room for.
+    MOST_TILE_CACHES = 2048;
+    /// Sides of leaves that a dispatch of `pbgi-reference` lights.
+    KEYS_PER_PART = 4096;
+    /// Fewest points that stand for a scene's surfaces.
+    MIN_POINTS = 4096;
+    /// Most points.
+    MAX_POINTS = 2_097_152;
+    /// Most primary points: their micro-buffers fill 128 MiB.
+    MAX_PRIMARIES = 131_072;
+    /// Leaves that are kept for a point.
+    POINT_LEAVES = 4;
+    /// Columns of the environment's means.
+    BLURRED_COLUMNS = 64;
+    /// Rows of the environment's means.
+    BLURRED_ROWS = 32;
+    /// Sizes of the caps that the environment's means are taken over.
+    BLURRED_LEVELS = 3;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

@@ -137,6 +137,48 @@ shared_structs! {
         pub has_normal_map: u32,
     }
 
+    /// What a texel of a micro-buffer stands for (`micro_buffers::table`).
+    pub struct MicroTexel as "MicroTexel" {
+        /// Mean direction, unit, in the frame of the point: z is its normal.
+        pub direction: [f32; 3],
+        /// Solid angle in steradians; 0 where no direction lies in the texel.
+        pub solid_angle: f32,
+        /// Integral of the cosine over its directions.
+        pub cosine_weight: f32,
+        /// Level of the environment's means that has the size of the texel.
+        pub environment_level: f32,
+        /// Unused.
+        pub padding: [f32; 2],
+    }
+
+    /// Where a cache of light stands.
+    pub struct CachePlace as "CachePlace" {
+        /// Off its surface.
+        pub position_ws: [f32; 3],
+        /// Radius of the sphere in which it lights, in metres.
+        pub reach: f32,
+        /// Unit normal.
+        pub normal_ws: [f32; 3],
+        /// The side of a node that it belongs to.
+        pub key: u32,
+        /// Unit tangent, the x axis of its lobes.
+        pub tangent_ws: [f32; 3],
+        /// Unused.
+        pub padding: u32,
+    }
+
+    /// What the caches were not enough for.
+    pub struct CacheCounts as "CacheCounts" {
+        /// Caches that tiles had no room for.
+        pub lost_references: u32,
+        /// Pixels without a cache within its reach.
+        pub stretched_pixels: u32,
+        /// Of these, pixels without one within twice its reach, which got the light of the nearest.
+        pub nearest_pixels: u32,
+        /// Pixels without a cache in their tile.
+        pub black_pixels: u32,
+    }
+
     /// A light of the scene file.
     pub struct PunctualLight as "PunctualLight" {
         /// Position (unused for directional lights).

@@ -7,6 +7,7 @@ pub mod direct;
 pub mod lgh;
 pub mod many_lights;
 pub mod path_trace;
+pub mod pbgi;
 mod reference;
 mod rules;
 mod shape;
@@ -26,7 +27,7 @@ pub use shape::{Added, AddedView, AnyShape, InspectPass, Shapes, TechniqueOutput
 
 /// Every technique, in the order in which they are offered.
 pub static TECHNIQUES: &[&dyn Technique] =
-    &[&lgh::Lgh, &direct::Direct, &brute_force::BruteForce, &path_trace::PathTrace];
+    &[&lgh::Lgh, &pbgi::Pbgi, &direct::Direct, &brute_force::BruteForce, &path_trace::PathTrace, &pbgi::PbgiReference];
 
 /// A way to light a scene.
 pub trait Technique: Sync {

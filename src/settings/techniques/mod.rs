@@ -3,7 +3,9 @@
 mod lgh;
 mod many_lights;
 mod path_trace;
+mod pbgi;
 
 pub use lgh::LghSettings;
 pub use many_lights::ManyLightSettings;
 pub use path_trace::PathTraceSettings;
+pub use pbgi::PbgiSettings;

@@ -1,0 +1,52 @@
+// Irradiance of primary points: from the environment where nothing covers the texels of their micro-buffers, and from suns
+// and lamps by rays. A workgroup for each.
+#include "common/frame.glsl"
+#include "common/dispatch.glsl"
+#include "common/random.glsl"
+#include "common/octahedral.glsl"
+#include "common/scene.glsl"
+#include "common/punctual.glsl"
+#include "common/environment.glsl"
+#include "common/environment_means.glsl"
+#include "common/micro_buffer.glsl"
+#include "common/point_leaves.glsl"
+#include "common/point_light.glsl"
+#include "common/point_sum.glsl"
+#include "shared/PointCounts.glsl"
+
+layout(local_size_x = POINT_LANES) in;
+layout(set = 0, binding = 3, std430) readonly buffer Counts { PointCounts point_counts; };
+layout(set = 0, binding = 4, std430) readonly buffer Primaries { uint point_primaries[]; };
+layout(set = 0, binding = 5, std430) readonly buffer MicroTexels { uint micro_texels[]; };
+layout(set = 0, binding = 7, std430) readonly buffer PrimaryLeaves { uvec4 primary_leaves[]; };
+layout(set = 0, binding = 6, std430) buffer Irradiance { float point_irradiance[]; };
+#include "common/point_irradiance.glsl"
+
+vec3 sky_irradiance(uint slot, mat3 to_world, uint lane) {
+    vec3 sum = vec3(0.0);
+    for (uint i = lane; i < PRIMARY_TEXELS; i += POINT_LANES) {
+        MicroTexel texel = micro_table[i];
+        float open = 1.0 - coverage_of(micro_texels[PRIMARY_TEXELS * slot + i]);
+        if (is_used(texel) && open > 0.0) {
+            vec3 radiance = environment_mean(to_world * texel.direction, texel.environment_level);
+            sum += open * texel.cosine_weight * radiance;
+        }
+    }
+    return sum;
+}
+
+void main() {
+    uint slot = linear_group();
+    uint lane = gl_LocalInvocationID.x;
+    if (slot >= point_counts.primary_count) {
+        return;
+    }
+    uint key = point_primaries[slot];
+    uvec4 leaves = primary_leaves[slot];
+    mat3 to_world = micro_frame(place_of_point(key, leaves).normal_ws, key);
+    vec3 irradiance = sky_irradiance(slot, to_world, lane) + lamp_irradiance(key, leaves, lane, POINT_LANES);
+    irradiance = sum_over_lanes(lane, irradiance);
+    if (lane == 0u) {
+        set_irradiance(key, irradiance);
+    }
+}

@@ -1,0 +1,40 @@
+//! Sizes and modes of point-based global illumination.
+
+use std::sync::Arc;
+
+use crate::graph::BufferHandle;
+use crate::passes::Frame;
+use crate::points::PointCloud;
+use crate::settings::{Coverage, Hemisphere, MicroFill};
+
+/// What decides which passes there are and how large their resources.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PbgiShape {
+    /// The points of the scene.
+    pub cloud: Arc<PointCloud>,
+    /// Primary points that there is room for.
+    pub primary_capacity: u32,
+    /// References from tiles to caches that there is room for.
+    pub reference_capacity: u32,
+    /// What fills micro-buffers.
+    pub micro: MicroFill,
+    /// How points fill them.
+    pub coverage: Coverage,
+    /// How micro-buffers divide the hemisphere.
+    pub hemisphere: Hemisphere,
+    /// Means of the environment (`environment::blurred`), over the scale of the scene's environment.
+    pub environment_means: Arc<[[f32; 4]]>,
+}
+
+impl PbgiShape {
+    /// The constant that tells shaders how much of a texel a point covers.
+    #[must_use]
+    pub fn binary_coverage(&self) -> (&'static str, u32) {
+        ("BINARY_COVERAGE", (self.coverage == Coverage::Binary).into())
+    }
+
+    /// Declares the means of the environment.
+    pub fn means_buffer(&self, frame: &mut Frame) -> BufferHandle {
+        frame.graph.filled_buffer("environment_means", bytemuck::cast_slice(&self.environment_means).into())
+    }
+}

@@ -1,0 +1,45 @@
+//! What point-based global illumination has settings for.
+
+use crate::Result;
+use crate::settings::group::{Validate, settings_group};
+use crate::settings::validate::{require, within};
+use crate::settings::{Coverage, Hemisphere, MicroFill};
+use crate::shared::{MAX_POINTS, MIN_POINTS, POINT_LEAVES};
+
+settings_group! {
+    /// Point-based global illumination.
+    #[command(next_help_heading = "Method")]
+    pub struct PbgiSettings: Parameters {
+        /// Points that stand for the scene's surfaces, a power of two from 4096 to 2097152 [default: 524288]
+        #[arg(long, value_name = "N")]
+        pub points: u32 = 524_288,
+        /// What fills micro-buffers: a ray for each texel, or points as in the paper [default: rays]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "rays|points")]
+        pub micro: MicroFill = MicroFill::Rays,
+        /// How much of a texel a point covers: its share, or all of it as in the paper [default: fraction]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "fraction|binary")]
+        pub coverage: Coverage = Coverage::Fraction,
+        /// How micro-buffers divide the hemisphere: a paraboloid as in the paper, or the concentric map [default: paraboloid]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "paraboloid|concentric")]
+        pub hemisphere: Hemisphere = Hemisphere::Paraboloid,
+        /// Leaves of a point that suns and lamps are looked for from, 1 to 4 [default: 4]
+        #[arg(long, value_name = "N")]
+        pub sun_leaves: u32 = 4,
+    }
+}
+
+impl Validate for PbgiSettings {
+    fn validate(&self) -> Result<()> {
+        let fitting = self.points.clamp(MIN_POINTS, MAX_POINTS).next_power_of_two();
+        require(self.points == fitting, || {
+            format!(
+                "points must be a power of two from {MIN_POINTS} to {MAX_POINTS}, not {}: {fitting} would do",
+                self.points
+            )
+        })?;
+        require(self.hemisphere == Hemisphere::Paraboloid || self.micro == MicroFill::Rays, || {
+            "hemisphere concentric needs rays: choose micro rays, or hemisphere paraboloid".to_owned()
+        })?;
+        within("sun-leaves", self.sun_leaves, 1..=POINT_LEAVES)
+    }
+}

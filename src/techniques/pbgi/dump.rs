@@ -1,0 +1,168 @@
+//! What the resources of point-based global illumination are, for dumps. Of what a pass makes for each primary point only
+//! as much is told as there are points.
+
+use crate::dump::{
+    Array, COUNT, DumpContext, Entry, LIGHTING, RGBA, Scalar, all_words, buffer, bytes_of, image, noted, ranks, words,
+};
+use crate::micro_buffers::LOBES;
+use crate::shared::{CacheCounts, CachePlace, POINT_LEAVES, PRIMARY_EDGE, PointCounts, SharedStruct};
+
+/// Longer names stand before names that they begin with.
+pub(super) const ENTRIES: &[Entry] = &[
+    buffer(
+        "micro_texels",
+        "coverage (0 to 255) << 24 | key",
+        micro_texels,
+        "What each primary point sees, row by row in 16x16 texels about its normal: how much of a texel is covered, and by which key.",
+    ),
+    buffer("seen_bits", "bits", all_words, "One bit for each key, 1 where a primary point sees it."),
+    buffer(
+        "cache_lobes",
+        "irradiance",
+        cache_lobes,
+        "For each primary point and each of 5x5 lobes the light of the environment, RGB, and the light of surfaces.",
+    ),
+    buffer("cache_places", "metres", cache_places, "Where each cache stands, how far it reaches, and its key."),
+    buffer(
+        "reference_counts",
+        COUNT,
+        all_words,
+        "Caches that reach each tile of pixels; 0 again once they are listed.",
+    ),
+    noted(buffer(
+        "reference_starts",
+        "index",
+        ranks,
+        "Where the caches of each tile start in their list, and its end.",
+    )),
+    buffer("cache_references", "index", cache_references, "The caches by tile."),
+    noted(buffer(
+        "cache_counts",
+        COUNT,
+        cache_counts,
+        "References that tiles had no room for, and pixels without a cache: within its reach, within twice of it, at all.",
+    )),
+    image(
+        "cache_lighting",
+        LIGHTING,
+        RGBA,
+        "Light of the caches: of surfaces, and with direct light of the environment.",
+    ),
+];
+
+/// What the points' tree is asked for.
+pub(super) const POINTS: &[Entry] = &[
+    buffer(
+        "passing_bits",
+        "bits",
+        all_words,
+        "One bit for each node, 1 where it is small and flat enough in the picture.",
+    ),
+    buffer("primary_bits", "bits", all_words, "One bit for each key, 1 where it is a primary point."),
+    noted(buffer(
+        "point_counts",
+        COUNT,
+        point_counts,
+        "Primary points and those that had no room, points that need a micro-buffer likewise, and keys that are seen.",
+    )),
+    buffer(
+        "point_dispatches",
+        "workgroups",
+        point_dispatches,
+        "Indirect dispatches over primary points and over those that need a micro-buffer: a workgroup each, a thread each, a workgroup for four.",
+    ),
+    buffer("primaries_ranks", COUNT, ranks, "For each word of bits the number of primary points before it."),
+    buffer("point_primaries", "key", primary_keys, "The keys of the primary points, in ascending order."),
+    buffer(
+        "needed_ranks",
+        COUNT,
+        ranks,
+        "For each word of bits the number of points before it that need a micro-buffer.",
+    ),
+    buffer("point_needed", "key", needed_keys, "The keys of the points that need a micro-buffer, in ascending order."),
+    buffer("under_bits", "bits", all_words, "One bit for each key, 1 where it is a primary point or lies under one."),
+    buffer("known_bits", "bits", all_words, "One bit for each key, 1 where its light is known in the end."),
+    buffer("derived_bits", "bits", all_words, "One bit for each key, 1 where its light is the mean of its children's."),
+    buffer("needed_bits", "bits", all_words, "One bit for each key, 1 where it needs a micro-buffer of its own."),
+    buffer(
+        "primary_leaves",
+        "order << 22 | side of a leaf",
+        primary_leaves,
+        "For each primary point up to four of its leaves that the eye sees, counted by sides from the first; 4294967295 for none.",
+    ),
+    buffer(
+        "seen_leaves",
+        "order << 22 | side of a leaf",
+        seen_leaves,
+        "For each key that is seen up to four of its leaves that are, likewise.",
+    ),
+    buffer("point_irradiance", "irradiance", point_irradiance, "Light of each key that has any, RGB."),
+];
+
+fn point_counts(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    Array::structs(&PointCounts::INFO, |_| true, 1, bytes)
+}
+
+fn point_dispatches(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[bytes.len() as u64 / 12, 3], bytes)
+}
+
+fn primary_keys(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[count_of(known, "primary_count")], bytes)
+}
+
+fn needed_keys(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[count_of(known, "needed_count")], bytes)
+}
+
+fn primary_leaves(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[primaries(known), POINT_LEAVES.into()], bytes)
+}
+
+fn seen_leaves(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    let leaves = u64::from(POINT_LEAVES);
+    Array::plain(Scalar::U32, &[bytes.len() as u64 / (4 * leaves), leaves], bytes)
+}
+
+fn point_irradiance(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::F32, &[bytes.len() as u64 / 12, 3], bytes)
+}
+
+/// A word of the counts of points.
+fn count_of(known: &DumpContext<'_>, name: &str) -> u64 {
+    let word = PointCounts::INFO.field(name).map_or(0, |field| field.offset_bytes / 4);
+    known.words("point_counts").get(word).copied().unwrap_or(0).into()
+}
+
+/// Primary points of the frame.
+fn primaries(known: &DumpContext<'_>) -> u64 {
+    count_of(known, "primary_count")
+}
+
+fn micro_texels(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[primaries(known), PRIMARY_EDGE.into(), PRIMARY_EDGE.into()], bytes)
+}
+
+fn cache_lobes(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::F32, &[primaries(known), LOBES.into(), 2, 3], bytes)
+}
+
+fn cache_places(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::structs(&CachePlace::INFO, |_| true, primaries(known), bytes)
+}
+
+fn cache_counts(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    Array::structs(&CacheCounts::INFO, |_| true, 1, bytes)
+}
+
+/// The lists of all tiles, each in ascending order: what is written has none.
+fn cache_references(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    let starts = known.words("reference_starts");
+    let mut words = words(bytes);
+    let end = starts.last().map_or(0, |end| (*end as usize).min(words.len()));
+    for range in starts.windows(2) {
+        let [first, last] = [range[0], range[1]].map(|at| (at as usize).min(end));
+        words[first..last].sort_unstable();
+    }
+    Array::plain(Scalar::U32, &[end as u64], &bytes_of(&words))
+}

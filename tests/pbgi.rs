@@ -1,0 +1,364 @@
+//! Point-based global illumination where the answer is known, and its stages against their twins.
+
+mod common;
+
+use std::f32::consts::PI;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use common::compare::{near, within};
+use common::rooms::{add_quad, camera};
+use common::written::Written;
+use glam::{Vec2, Vec3};
+use gridlight::cpu::micro_buffers::{Looking, micro_frame, place_of_leaf_key, seen_key, unpack_leaf};
+use gridlight::cpu::radiance_cache::{convolve_lobes, gather};
+use gridlight::environment::Environment;
+use gridlight::micro_buffers::{LOBES, table};
+use gridlight::points::PointCloud;
+use gridlight::renderer::{Job, Renderer, UploadedScene};
+use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
+use gridlight::scene::testing::{box_room, diffuse, plane, scene_from_quads};
+use gridlight::scene::{Camera, Light, Scene};
+use gridlight::settings::{Hemisphere, MicroFill, Settings, Size, Switch, Technique};
+use gridlight::shared::{CacheCounts, CachePlace, MicroTexel, PRIMARY_EDGE, PointCounts};
+
+const POINTS_LOG2: u32 = 12;
+
+/// A scene under this environment alone.
+fn under(mut scene: Scene, environment: Environment) -> Scene {
+    scene.lights = vec![Light::DARK];
+    scene.environment = Some(Arc::new(environment));
+    scene
+}
+
+fn under_sky(scene: Scene) -> Scene {
+    under(scene, Environment::uniform([1.0; 3]))
+}
+
+fn small() -> Settings {
+    Settings::default().changed(|s| {
+        s.render.technique = Technique::Pbgi;
+        s.picture.size = Size { width: 96, height: 54 };
+        s.pbgi.points = 1 << POINTS_LOG2;
+    })
+}
+
+/// What a frame leaves.
+struct Rendered {
+    radiance: Vec<Vec3>,
+    written: Written,
+    cloud: PointCloud,
+    largest_triangle: f32,
+}
+
+fn render(scene: &Scene, settings: &Settings) -> Rendered {
+    let test = common::gpu();
+    let mut uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
+    uploaded.spread_points(scene, Some(settings.pbgi.points.ilog2())).unwrap();
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
+    renderer.run_in_steps(200.0, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    Rendered {
+        radiance: renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect(),
+        written: Written::by(&renderer),
+        largest_triangle: renderer.frame_data().largest_triangle,
+        cloud: (**uploaded.points(settings.pbgi.points.ilog2()).unwrap()).clone(),
+    }
+}
+
+impl Rendered {
+    fn counts(&self) -> PointCounts {
+        self.written.last::<PointCounts>("point_counts")[0]
+    }
+
+    /// Keys of the primary points.
+    fn primaries(&self) -> Vec<u32> {
+        self.written.last::<u32>("point_primaries")[..self.counts().primary_count as usize].to_vec()
+    }
+
+    /// Irradiance of every key.
+    fn irradiance(&self) -> Vec<Vec3> {
+        self.written.last::<[f32; 3]>("point_irradiance").into_iter().map(Vec3::from).collect()
+    }
+
+    /// Positions and irradiance of the primary points of which the eye sees a leaf.
+    fn lit(&self) -> Vec<(Vec3, Vec3)> {
+        let irradiance = self.irradiance();
+        let leaves: Vec<[u32; 4]> = self.written.last("primary_leaves");
+        let place = |(key, leaves): (u32, [u32; 4])| {
+            let leaf = leaves.into_iter().min().filter(|leaf| *leaf != u32::MAX)?;
+            let position = self.cloud.node(unpack_leaf(&self.cloud, leaf) >> 1).centroid_ws;
+            Some((position, irradiance[key as usize]))
+        };
+        self.primaries().into_iter().zip(leaves).filter_map(place).collect()
+    }
+}
+
+/// Looks down on the origin.
+fn from_above(scene: &mut Scene, distance: f32) {
+    scene.cameras = vec![camera(Vec3::new(0.0, distance, 0.4 * distance), Vec3::new(0.0, -1.0, -0.4).normalize(), 0.8)];
+}
+
+fn open_plane() -> Scene {
+    let mut scene = under_sky(plane(4.0));
+    scene.materials[0] = diffuse("grey", Vec3::splat(0.5));
+    from_above(&mut scene, 4.0);
+    scene
+}
+
+/// Whether every primary point has this irradiance.
+fn check_lit(rendered: &Rendered, expected: f32, tolerance: f32) -> Result<(), String> {
+    let lit = rendered.lit();
+    if lit.len() < 20 {
+        return Err(format!("{} primary points", lit.len()));
+    }
+    match lit.iter().find(|(_, irradiance)| !near(*irradiance, Vec3::splat(expected), tolerance)) {
+        Some((position, irradiance)) => Err(format!("{irradiance} at {position}, not {expected}")),
+        None => Ok(()),
+    }
+}
+
+#[test]
+fn an_open_plane_gets_all_of_the_sky() {
+    for micro in [MicroFill::Rays, MicroFill::Points] {
+        let rendered = render(&open_plane(), &small().changed(|s| s.pbgi.micro = micro));
+        check_lit(&rendered, PI, 1e-4).unwrap();
+        check_lit(&rendered, 1.01 * PI, 1e-4).unwrap_err();
+        let centre = rendered.radiance[27 * 96 + 48];
+        assert!(near(centre, Vec3::splat(0.5), 1e-4), "{centre}");
+        let counts = rendered.written.last::<CacheCounts>("cache_counts")[0];
+        assert_eq!((counts.black_pixels, counts.lost_references), (0, 0));
+    }
+}
+
+/// A ball of flat faces about the origin.
+fn ball(radius: f32) -> Scene {
+    let (columns, rows) = (24, 12);
+    let at = |x: u32, y: u32| {
+        let (around, down) = (x as f32 / columns as f32 * 2.0 * PI, y as f32 / rows as f32 * PI);
+        radius * Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
+    };
+    let quad = |i: u32| {
+        let (x, y) = (i % columns, i / columns);
+        [at(x + 1, y), at(x + 1, y + 1), at(x, y + 1), at(x, y)]
+    };
+    let quads: Vec<_> = (0..columns * rows).map(quad).collect();
+    let mut scene = under_sky(scene_from_quads("ball", &quads, diffuse("white", Vec3::ONE)));
+    from_above(&mut scene, 4.0 * radius);
+    scene
+}
+
+#[test]
+fn a_convex_ball_does_not_shadow_itself() {
+    check_lit(&render(&ball(1.0), &small()), PI, 1e-4).unwrap();
+}
+
+/// A wall along x of this height at z = 0, seen from +z with a floor before it.
+fn wall(height: f32) -> Scene {
+    let quad = |origin: Vec3, u: Vec3, v: Vec3| [origin, origin + u, origin + u + v, origin + v];
+    let floor = quad(Vec3::new(-2.0, 0.0, 4.0), 4.0 * Vec3::X, -4.0 * Vec3::Z);
+    let mut scene = scene_from_quads("wall", &[floor], diffuse("black", Vec3::ZERO));
+    add_quad(&mut scene, quad(Vec3::new(-40.0, 0.0, 0.0), 80.0 * Vec3::X, height * Vec3::Y));
+    let mut scene = under_sky(scene);
+    scene.cameras = vec![camera(Vec3::new(0.0, 2.0, 4.0), Vec3::new(0.0, -1.0, -1.0).normalize(), 0.9)];
+    scene
+}
+
+#[test]
+fn a_floor_before_a_wall_sees_the_rest_of_the_sky() {
+    let height = 1.0;
+    let settings = small().changed(|s| (s.pbgi.points, s.picture.size) = (1 << 15, Size { width: 192, height: 108 }));
+    let rendered = render(&wall(height), &settings);
+    let mut errors = Vec::new();
+    for (position, irradiance) in rendered.lit() {
+        if position.y.abs() < 1e-3 && position.x.abs() < 1.0 && position.z > 0.1 {
+            let open = 0.5 * (1.0 + position.z / position.z.hypot(height));
+            errors.push(irradiance.x / PI - open);
+        }
+    }
+    assert!(errors.len() > 50, "{} points", errors.len());
+    let mean = errors.iter().sum::<f32>() / errors.len() as f32;
+    let spread = (errors.iter().map(|error| error * error).sum::<f32>() / errors.len() as f32).sqrt();
+    assert!(within(mean, 0.003) && within(spread, 0.02), "off by {mean}, spread {spread}");
+}
+
+#[test]
+fn nothing_of_the_sky_gets_into_a_closed_box() {
+    let mut scene = under_sky(box_room(4.0, Vec3::splat(0.8)));
+    scene.cameras = vec![camera(Vec3::new(-1.5, 0.3, 1.4), Vec3::new(0.7, -0.2, -0.9).normalize(), 1.2)];
+    let rendered = render(&scene, &small());
+    check_lit(&rendered, 0.0, 1e-6).unwrap();
+    assert!(rendered.radiance.iter().all(|radiance| near(*radiance, Vec3::ZERO, 1e-6)));
+}
+
+/// A white floor with a white roof over a part of it.
+fn under_a_roof() -> Scene {
+    let level = |y: f32, h: f32| [Vec3::new(-h, y, h), Vec3::new(h, y, h), Vec3::new(h, y, -h), Vec3::new(-h, y, -h)];
+    let mut scene = scene_from_quads("roof", &[level(0.0, 3.0)], diffuse("white", Vec3::ONE));
+    add_quad(&mut scene, level(1.0, 0.8));
+    let mut scene = under_sky(scene);
+    scene.cameras = vec![camera(Vec3::new(0.0, 0.6, 2.5), Vec3::new(0.0, -0.1, -1.0).normalize(), 0.8)];
+    scene
+}
+
+#[test]
+fn one_bounce_never_exceeds_the_sky() {
+    let all = render(&under_a_roof(), &small());
+    let bounce = render(&under_a_roof(), &small().changed(|s| s.render.direct = Switch::Off));
+    let most = all.radiance.iter().fold(0.0_f32, |most, radiance| most.max(radiance.max_element()));
+    assert!(most <= 1.0 + 1e-3 && most > 0.99, "{most}");
+    let brightest = bounce.radiance.iter().fold(0.0_f32, |most, radiance| most.max(radiance.max_element()));
+    assert!(brightest > 0.1 && brightest < 0.9, "{brightest}");
+}
+
+#[test]
+fn pictures_are_those_of_one_bounce_of_path_tracing() {
+    let mut scene = under_a_roof();
+    scene.materials[0] = diffuse("green", Vec3::new(0.4, 0.8, 0.3));
+    let mean = |radiance: &[Vec3]| radiance.iter().copied().sum::<Vec3>() / radiance.len() as f32;
+    let settings = small().changed(|s| s.render.direct = Switch::Off);
+    let found = mean(&render(&scene, &settings).radiance);
+    let traced = settings.changed(|s| {
+        s.render.technique = Technique::PathTrace;
+        s.many_lights.bounces = 1;
+        s.path_trace.samples = 256;
+    });
+    let expected = mean(&common::frames::render(&scene, &traced));
+    // What both miss of the bounce is noise of the reference; the rest is the method's.
+    assert!((found / expected - 1.0).abs().max_element() <= 0.04, "{found}, traced {expected}");
+}
+
+#[test]
+fn suns_light_points_as_they_light_pixels() {
+    let mut scene = open_plane();
+    let direction_ws = Vec3::new(0.3, -1.0, 0.2).normalize();
+    scene.lights = vec![Light::Directional { direction_ws, irradiance: Vec3::new(3.0, 2.0, 1.0) }];
+    let rendered = render(&scene, &small());
+    let expected = Vec3::new(3.0, 2.0, 1.0) * -direction_ws.y + PI;
+    for (position, irradiance) in rendered.lit() {
+        assert!(near(irradiance, expected, 1e-3), "{irradiance} at {position}, not {expected}");
+    }
+    let centre = rendered.radiance[27 * 96 + 48];
+    assert!(near(centre, 0.5 / PI * expected, 1e-3), "{centre}");
+}
+
+#[test]
+fn the_same_seed_is_the_same_picture() {
+    let scene = under_a_roof();
+    let [first, second] = [0, 1].map(|_| render(&scene, &small()).radiance);
+    assert!(first == second);
+    assert!(first != render(&scene, &small().changed(|s| s.tracing.seed = 2)).radiance);
+}
+
+/// Lobes of a cache and its place.
+type Cache = (CachePlace, Vec<Vec3>);
+
+/// The caches as they were left, with the light of both kinds together.
+fn caches(rendered: &Rendered) -> Vec<Cache> {
+    let places: Vec<CachePlace> = rendered.written.last("cache_places");
+    let lobes: Vec<[[f32; 3]; 2]> = rendered.written.last("cache_lobes");
+    let light = |[sky, bounce]: &[[f32; 3]; 2]| Vec3::from(*sky) + Vec3::from(*bounce);
+    let count = rendered.primaries().len();
+    let own = lobes.chunks_exact(LOBES as usize).map(|own| own.iter().map(light).collect());
+    places.into_iter().zip(own).take(count).collect()
+}
+
+#[test]
+fn lobes_are_those_of_the_twin() {
+    let rendered = render(&under_a_roof(), &small());
+    let caches = caches(&rendered);
+    let texels: Vec<u32> = rendered.written.last("micro_texels");
+    let table = table(PRIMARY_EDGE, Hemisphere::Paraboloid);
+    let irradiance = rendered.irradiance();
+    let mut covered = 0;
+    for ((place, lobes), texels) in caches.iter().zip(texels.chunks_exact(table.len())) {
+        // Everything is white under a white sky.
+        let radiance: Vec<Vec3> = texels
+            .iter()
+            .map(|texel| if texel >> 24 == 0 { Vec3::ONE } else { irradiance[(texel & 0xff_ffff) as usize] / PI })
+            .collect();
+        covered += texels.iter().filter(|texel| **texel != 0).count();
+        for (i, (found, expected)) in lobes.iter().zip(convolve_lobes(&table, &radiance)).enumerate() {
+            assert!(near(*found, expected, 1e-4), "lobe {i} of {place:?}: {found}, not {expected}");
+        }
+    }
+    assert!(covered > 1000, "{covered} texels see anything");
+}
+
+/// What a primary point sees in each texel, and how near each decision on the way was to going the other way.
+fn traced(rendered: &Rendered, scene: &Scene, bvh: &BinaryBvh, key: u32, leaves: &[u32]) -> Vec<(u32, f32)> {
+    let cloud = &rendered.cloud;
+    let leaf = *leaves.iter().min().unwrap();
+    if leaf == u32::MAX {
+        return Vec::new();
+    }
+    let (position, normal) = place_of_leaf_key(cloud, unpack_leaf(cloud, leaf), rendered.largest_triangle);
+    let to_world = micro_frame(normal, key, small().tracing.seed);
+    let radius = cloud.node(key >> 1).radius;
+    let texel = |texel: &MicroTexel| {
+        let direction = to_world * Vec3::from(texel.direction);
+        let ray = Ray { origin: position, direction, t_min: 0.0, t_max: f32::MAX };
+        let hit = (texel.solid_angle > 0.0).then(|| bvh.trace_closest(&ray)).flatten();
+        let Some(hit) = hit else { return (0, f32::INFINITY) };
+        let corner = |i: u32| scene.vertices[scene.indices[(3 * hit.triangle_index + i) as usize] as usize].position_ws;
+        let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(corner(i)));
+        let geometric = (b - a).cross(c - a);
+        let leaf = cloud.leaf_of_hit(hit.triangle_index, Vec2::new(hit.u, hit.v));
+        let faces = geometric.dot(direction) * geometric.dot(cloud.node(cloud.leaf_count() + leaf).normal) < 0.0;
+        let leaf_key = 2 * (cloud.leaf_count() + leaf) + u32::from(!faces);
+        let (key, margin) = seen_key(cloud, leaf_key, Looking { position, solid_angle: texel.solid_angle, radius });
+        (0xff00_0000 | key, margin)
+    };
+    table(PRIMARY_EDGE, Hemisphere::Paraboloid).iter().map(texel).collect()
+}
+
+#[test]
+fn micro_buffers_are_those_of_the_twin() {
+    let scene = under_a_roof();
+    let rendered = render(&scene, &small());
+    let bvh = build_binary(&scene);
+    let texels: Vec<u32> = rendered.written.last("micro_texels");
+    let leaves: Vec<u32> = rendered.written.last("primary_leaves");
+    let (mut compared, mut covered, mut different) = (0, 0, 0);
+    for (slot, key) in rendered.primaries().into_iter().enumerate().step_by(3) {
+        let expected = traced(&rendered, &scene, &bvh, key, &leaves[4 * slot..][..4]);
+        for (found, (expected, margin)) in texels[256 * slot..].iter().zip(expected) {
+            if margin > 1e-4 {
+                compared += 1;
+                covered += u32::from(expected != 0);
+                different += u32::from(*found != expected);
+            }
+        }
+    }
+    // Rays through edges of triangles and of cells may go either way.
+    assert!(covered > 1000 && different * 200 <= covered, "{different} of {compared}, of which {covered} see anything");
+}
+
+/// Position and normal, towards the eye, of what a pixel shows.
+fn seen(bvh: &BinaryBvh, camera: &Camera, size: Size, index: usize) -> Option<[Vec3; 2]> {
+    let [x, y] = [index as u32 % size.width, index as u32 / size.width].map(|i| i as f32 + 0.5);
+    let half = (camera.yfov_rad * 0.5).tan();
+    let across = (x / size.width as f32 * 2.0 - 1.0) * half * size.width as f32 / size.height as f32;
+    let up = (1.0 - y / size.height as f32 * 2.0) * half;
+    let direction = camera.forward_ws + camera.right_ws * across + camera.up_ws * up;
+    let hit = bvh.trace_closest(&Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX })?;
+    // All surfaces are level.
+    Some([camera.position_ws + direction * hit.t, Vec3::new(0.0, -direction.y.signum(), 0.0)])
+}
+
+#[test]
+fn pixels_are_those_of_the_twin() {
+    let scene = under_a_roof();
+    let rendered = render(&scene, &small());
+    let caches = caches(&rendered);
+    let bvh = build_binary(&scene);
+    let size = small().picture.size;
+    let mut compared = 0;
+    for index in (0..rendered.radiance.len()).step_by(37) {
+        let Some([position, normal]) = seen(&bvh, &scene.cameras[0], size, index) else { continue };
+        let Some(light) = gather(&caches, [position, normal, normal], 1.0) else { continue };
+        let found = rendered.radiance[index];
+        assert!(near(found, light / PI, 2e-3), "pixel {index}: {found}, not {}", light / PI);
+        compared += 1;
+    }
+    assert!(compared > 30, "{compared} pixels");
+}

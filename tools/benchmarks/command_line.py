@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from . import compare, cost, honesty, tables, variants
+from . import compare, cost, honesty, pbgi, tables, variants
 from .errors import BenchError, UsageError
 from .protocol import ROOT, Program
 
@@ -17,6 +17,8 @@ BENCHMARKS = {
                 "against a run in which every pass is submitted and waited for by itself"),
     "tables": (tables, "Tables 1, 2 and 3 and Figure 5 of the paper, ours beside the published numbers"),
     "compare": (compare, "the hierarchy against path tracing at equal time"),
+    "pbgi": (pbgi, "point-based global illumination: counts, times by stage and pictures as in its paper, in the paper's way "
+             "and in the default one"),
     "variants": (variants, "options or programs against each other, alternating in one run"),
 }
 
@@ -54,7 +56,7 @@ def parser():
     for name, (_, words) in BENCHMARKS.items():
         command = commands.add_parser(name, help=words, description=words[0].upper() + words[1:] + ".")
         fixed = name in ("cost", "honesty")
-        sized = name in ("tables", "compare")
+        sized = name in ("tables", "compare", "pbgi")
         command.add_argument("--repeats", type=at_least(1), default=None if sized else 3, metavar="N",
                              help="runs of each case (default " + ("by the device)" if sized else "3)"))
         command.add_argument("--frames", type=at_least(1), default=None if sized else 3, metavar="N",
@@ -87,6 +89,8 @@ def parser():
                          "reference fits (default 4096, 512 on a software driver)")
     command.add_argument("--curve-frames", type=at_least(1), metavar="N", help="most frames of the hierarchy in the curve "
                          "of error over time (default 256, 16 on a software driver)")
+    commands.choices["pbgi"].add_argument("--points", type=at_least(4096), metavar="N",
+                                          help="points of the scene, a power of two (default 524288)")
     command = commands.choices["variants"]
     command.add_argument("--base", default="", metavar="ARGS", help="options of gridlight that all variants have")
     command.add_argument("--variant", action="append", default=[], metavar="NAME=[BINARY::]ARGS", help="twice or more; "

@@ -40,6 +40,12 @@ for axes, (key, words) in zip(all_axes, measures.items()):
     axes.set_ylabel(words)
     axes.grid(True, which="major", linewidth=0.4)
 all_axes[0].legend()
+""", "difference": """
+ours, reference = (pyplot.imread(file)[..., :3] for file in data)
+figure, all_axes = pyplot.subplots(1, 3, figsize=(12, 2.6), layout="constrained")
+for axes, picture in zip(all_axes, (ours, reference, (4 * abs(ours - reference)).clip(0, 1))):
+    axes.imshow(picture)
+    axes.set_axis_off()
 """}
 PYTHONS = ("python3", "/usr/bin/python3")
 

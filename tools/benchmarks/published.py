@@ -16,3 +16,9 @@ RENDER = {0: (5.6, 8.1, 11.2, 16.0), 1: (10.1, 14.3, 18.4, 24.3), 4: (15.5, 22.4
 RENDERING = {
     "G-buffer": (1.1, 1.1, 1.0), "Lighting": (24.8, 9.0, 3.8), "Shadow rays": (2.3, 2.2, 2.2),
     "Shadow filter": (1.9, 2.8, 2.9), "Composite": (0.1, 0.1, 0.1), "Total": (30.2, 15.2, 10.1)}
+
+# Harada 2014, Figure 5 and Table 1, 500k points at 1280x720.
+PBGI_DEVICE = "Radeon R9 290X"
+# Primary points, secondary ones seen (where the text has them), those that are lit; milliseconds of a frame.
+PBGI = {"Primitives": (11_720, 25_280, 8_040, 40.0), "Teapots": (11_450, None, 5_730, 34.4),
+        "Dragons": (15_520, None, 9_140, 42.97), "Castle": (11_720, None, 19_320, 44.09)}

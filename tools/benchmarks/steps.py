@@ -34,6 +34,18 @@ ROWS = [
     Row(RENDER, "Set-up and display", r"frame_setup(/.*)?|tone_map(/.*)?"),
 ]
 
+# The stages of point-based global illumination, as in Figure 6 of its paper.
+PBGI_ROWS = [
+    Row(RENDER, "Primary points", r"point_cut/(?!pack_keys/needed$).*|exclusive_scan/primaries/.*|micro_buffers/choose_leaves"),
+    Row(RENDER, "Micro-buffers of primary points", r"micro_buffers/(trace_texels|splat_points)"),
+    Row(RENDER, "Secondary points", r"point_selection/.*|point_cut/pack_keys/needed|exclusive_scan/needed/.*"),
+    Row(RENDER, "Light at points", r"point_light/.*"),
+    Row(RENDER, "Propagation", r"point_propagation/.*"),
+    Row(RENDER, "Radiance caches", r"radiance_cache"),
+    Row(RENDER, "Pixels", r"cache_tiles/.*|exclusive_scan/cache_references/.*|cache_gather"),
+    Row(RENDER, "G-buffer, direct light, display", r"gbuffer|direct_light|compose|frame_setup(/.*)?|tone_map(/.*)?"),
+]
+
 
 def assign(names, rows=None):
     """The row of every pass. A pass that no row claims, or several, is an error: totals must be complete."""

@@ -104,6 +104,22 @@ class Runs(unittest.TestCase):
         self.assertEqual([search["reached"] for search in results["searches"]], [False] * 4)
         self.assertEqual(text.count("**no: the cap**"), 4)
 
+    def test_pbgi(self):
+        found = bench(["pbgi", "--quick", "--repeats", "2", *self.to])
+        self.assertEqual(found.returncode, 0, found.stderr)
+        folder = self.results / "fake-driver-1"
+        results, text = json.loads((folder / "pbgi.json").read_text()), (folder / "pbgi.md").read_text()
+        (scene,) = results["scenes"]
+        for way, ms in (("paper", 3.0), ("default", 2.0)):
+            entry = scene["ways"][way]
+            self.assertEqual(sum(stage["median"] for stage in entry["stages"].values()), entry["frame_gpu_ms"]["median"])
+            self.assertEqual(entry["stages"]["Radiance caches"]["median"], ms)
+        self.assertIn("| courtyard | default | 40 (1.0 %) | 200 (4.9 %) | 50 (1.2 %) | 25 % |", text)
+        self.assertIn("| Castle | published | 11720 | 19320 | 44.1 |", text)
+
+    def test_pbgi_refuses_a_pass_without_a_row(self):
+        self.fails(bench(["pbgi", "--quick", *self.to], fault="unknown"), 1, "tea_break is in no row")
+
     def test_variants(self):
         words = ["variants", "--program", self.fake, "--base", "--size 8x8 --vpls 1000"]
         found = bench([*words, "--variant", "one=--alpha 1", "--variant", f"two={self.fake}::--alpha 3"])

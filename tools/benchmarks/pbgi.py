@@ -1,0 +1,170 @@
+"""Point-based global illumination, in the paper's way and in the default one: the paper's Figure 5 (how many points of each
+kind there are), Figure 6 (times by stage), Table 1 and Figure 8 (against every point lit) beside its numbers."""
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+from . import plot, protocol, published, report
+from .markdown import count, number, table
+from .protocol import Case, Program
+from .steps import PBGI_ROWS, assign
+
+# Scene, its file under shared/, camera, environment: a file beside the scene, or what --environment takes.
+SCENES = [
+    ("primitives", "assets/env/primitives.gltf", "front", "1,1,1"),
+    ("teapots", "assets/env/teapots.gltf", "front", "sky.exr"),
+    ("castle", "assets/env/castle.gltf", "yard", "sky.exr"),
+    ("courtyard", None, None, "sky"),
+    ("Sponza", "assets/sponza/sponza-sun.gltf", "atrium", "sky"),
+]
+# The way of the paper, as far as settings have it, and the default one. The order of selection is not a setting yet.
+WAYS = {"paper": "--micro points --coverage binary --sun-leaves 1", "default": ""}
+# Counts of a run: key in the timings, words.
+COUNTS = {"primary_points": "primary", "seen_points": "secondary, seen", "needed_points": "secondary, lit"}
+
+
+class Scene:
+    def __init__(self, options, name, file, camera, environment):
+        self.name, folder = name, shared_folder()
+        self.path = folder / file if file else None
+        beside = self.path.parent / environment if self.path else None
+        lit = beside if beside and beside.is_file() else environment
+        words = ([str(self.path)] if self.path else []) + (["--camera", camera] if camera else [])
+        self.program = Program(options.program.path, words + ["--environment", str(lit)])
+
+    def is_there(self):
+        return self.path is None or self.path.is_file()
+
+
+def shared_folder():
+    return Path(os.environ.get("GRIDLIGHT_SHARED", protocol.ROOT.parent / "shared"))
+
+
+def settle(options, software):
+    """Sizes by the kind of device, unless options say otherwise; on a fast one those of the paper."""
+    ordinary = {"size": "640x360", "repeats": 1, "frames": 2, "warmup": 1} if software else {
+        "size": "1280x720", "repeats": 3, "frames": 32, "warmup": 8}
+    quick = {"size": "64x36", "repeats": 0, "frames": 1, "warmup": 0}
+    for name, value in (quick if options.quick else ordinary).items():
+        if getattr(options, name) is None:
+            setattr(options, name, value)
+    if options.points is None:
+        options.points = 4096 if options.quick else 524_288
+
+
+def run(options):
+    settle(options, protocol.is_software(protocol.probe(options.program)))
+    scenes = [scene for scene in (Scene(options, *entry) for entry in SCENES) if scene.is_there()]
+    missing = len(SCENES) - len(scenes)
+    if missing:
+        print(f"skipped: {missing} scenes that are not in {shared_folder()}", file=sys.stderr)
+    found = {scene.name: measure(options, scene) for scene in scenes}
+    timings = next(iter(found.values()))["timings"]
+    folder = report.folder_of(options, timings)
+    differences = {scene.name: compare(options, scene, folder) for scene in scenes}
+    lines = page(options, found, differences)
+    cases = [{"scene": name, "ways": entry["ways"], "difference": differences[name]} for name, entry in found.items()]
+    said = {**timings, "scene": {"name": "each below", "camera": "that of each"}}
+    report.write(options, "pbgi", "Point-based global illumination", said,
+                 {"size": options.size, "points": options.points, "scenes": cases}, lines)
+    return True
+
+
+def arguments(options, way):
+    return f"--technique pbgi --points {options.points} --size {options.size} {WAYS[way]}".strip()
+
+
+def measure(options, scene):
+    """Both ways of a scene, alternating."""
+    cases = [Case(way, arguments(options, way), options.repeats) for way in WAYS]
+    print(f"{scene.name}:", file=sys.stderr)
+    measured = protocol.measure(scene.program, cases, options.frames, options.warmup,
+                                lambda names: assign(names, PBGI_ROWS))
+    ways = {way: {**m.as_json(), "stages": stages(m)} for way, m in measured.items()}
+    return {"timings": measured["default"].timings, "ways": ways}
+
+
+def stages(measurement):
+    """Milliseconds of each stage, summed in every frame."""
+    rows = assign(measurement.passes(), PBGI_ROWS)
+    sums = {row.title: [name for name, its_row in rows.items() if its_row == row] for row in PBGI_ROWS}
+    return {title: measurement.sum_of(names).as_json() if names else None for title, names in sums.items()}
+
+
+def compare(options, scene, folder):
+    """The default way against every point lit and a micro-buffer at every pixel, and the picture of it."""
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
+        size = f"--points {options.points} --size {options.size}"
+        for technique in ("pbgi", "pbgi-reference"):
+            scene.program.run(f"--technique {technique} {size}", "--output", place / f"{technique}.exr")
+        metrics = place / "metrics.json"
+        protocol.execute([scene.program.path, "compare", str(place / "pbgi-reference.exr"), str(place / "pbgi.exr"),
+                          "--quiet", "--json", str(metrics)])
+        errors = json.loads(metrics.read_text())["metrics"]
+        # One exposure for both, or the difference would show that of exposures.
+        for technique in ("pbgi", "pbgi-reference"):
+            scene.program.run(f"--technique {technique} {size} --exposure {errors['exposure']}", "--output",
+                              place / f"{technique}.png")
+        drawing = f"pbgi-{scene.name.lower()}.svg"
+        pictures = [str(place / f"{technique}.png") for technique in ("pbgi", "pbgi-reference")]
+        drawn = not options.quick and plot.draw("difference", pictures, folder / drawing)
+    return {"energy_ratio": errors.get("energy_ratio"), "relmse": errors["relmse"], "flip": errors["flip"],
+            "picture": drawing if drawn else None}
+
+
+def page(options, found, differences):
+    lines = [f"{options.size}, {options.points} points. The paper: {published.PBGI_DEVICE}, 1280x720, 500k points.", ""]
+    if options.quick:
+        lines += ["**A quick run: its times say nothing.**", ""]
+    lines += [f"`{way}` is `{options_of or 'as by default'}`." for way, options_of in WAYS.items()]
+    lines += ["", "## Figure 5: points", "", "Beside each number its share of all points; *lit* is what is left of those seen "
+              "once light of others tells theirs.", ""]
+    lines += table(["scene", "way", *COUNTS.values(), "lit of seen"], points_rows(options, found), words=2)
+    lines += ["", "## Table 1: micro-buffers", ""]
+    lines += table(["scene", "way", "primary", "secondary, lit", "frame ms"], table_1(found), words=2)
+    lines += ["", "## Figure 6: times by stage", "", "Milliseconds, median (p95).", ""]
+    columns = [(scene, way) for scene in found for way in WAYS]
+    lines += table(["stage", *(f"{scene}, {way}" for scene, way in columns)],
+                   [[row.title, *(stage_cell(found[scene]["ways"][way]["stages"][row.title]) for scene, way in columns)]
+                    for row in PBGI_ROWS])
+    lines += ["", "## Figure 8: against every point lit", "", "The default way against `--technique pbgi-reference`; pictures "
+              "are ours, the reference, and their difference times four.", ""]
+    lines += table(["scene", "energy", "relMSE", "FLIP"],
+                   [[scene, *(f"{entry[key]:.4f}" for key in ("energy_ratio", "relmse", "flip"))]
+                    for scene, entry in differences.items()])
+    lines += [f"\n![{scene}]({entry['picture']})" for scene, entry in differences.items() if entry["picture"]]
+    lines += ["", "## Commands", ""]
+    return lines + [f"    {entry['ways'][way]['command']}" for entry in found.values() for way in WAYS]
+
+
+def counts_of(entry):
+    """Counts by key, however the timings hold them."""
+    return {key: entry["counts"][key] for key in COUNTS}
+
+
+def points_rows(options, found):
+    rows = []
+    for scene, entry in found.items():
+        for way in WAYS:
+            counts = counts_of(entry["ways"][way])
+            share = counts["needed_points"] / counts["seen_points"] if counts["seen_points"] else 0.0
+            cells = [f"{counts[key]} ({100 * counts[key] / options.points:.1f} %)" for key in COUNTS]
+            rows.append([scene, way, *cells, f"{100 * share:.0f} %"])
+    for scene, (primary, seen, lit, _) in published.PBGI.items():
+        seen_cells = [count(seen), f"{100 * lit / seen:.0f} %"] if seen else ["", ""]
+        rows.append([scene, "published", f"{count(primary)} ({100 * primary / 500_000:.1f} %)", seen_cells[0],
+                     f"{count(lit)} ({100 * lit / 500_000:.1f} %)", seen_cells[1]])
+    return rows
+
+
+def table_1(found):
+    rows = [[scene, way, counts_of(entry["ways"][way])["primary_points"], counts_of(entry["ways"][way])["needed_points"],
+             number(entry["ways"][way]["frame_gpu_ms"]["median"])] for scene, entry in found.items() for way in WAYS]
+    return rows + [[scene, "published", primary, lit, number(ms)] for scene, (primary, _, lit, ms) in published.PBGI.items()]
+
+
+def stage_cell(summary):
+    return "" if summary is None else f"{number(summary['median'])} ({number(summary['p95'])})"

@@ -279,7 +279,7 @@ fn contradictions_and_unknown_options() {
     let options = "--shadow-estimate corrected --shadow-points deviation";
     place.options(2, &["shadow-estimate corrected", "shadow-points descent"], options);
     place.options(2, &["--shadow-estimate", "exact"], "--shadow-estimate exact");
-    place.options(2, &["--technique", "pbgi"], "--technique pbgi");
+    place.options(2, &["--technique", "radiosity"], "--technique radiosity");
     place.options(2, &["alpha"], "--alpha nan");
     place.options(2, &["alpha"], "--alpha -1");
     place.options(2, &["clamp"], "--clamp inf");

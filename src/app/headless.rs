@@ -17,7 +17,7 @@ use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, to_csv};
 use crate::scene::Scene;
-use crate::settings::{OutputSettings, Settings};
+use crate::settings::Settings;
 use crate::{Error, Result, interrupt};
 
 /// Renders the frames that the settings ask for, writes the outputs and says what was done: in a few lines, with `-v` all
@@ -100,7 +100,6 @@ fn answer(
     times: &RunTimes,
     exposure: Option<f32>,
 ) -> Result<String> {
-    let OutputSettings { picture, timings, dump, .. } = &job.settings.output;
     let answer = Answer {
         scene: &scene_info(job.settings, scene, job.camera),
         device: &Device::of(job.gpu.report()),
@@ -108,7 +107,7 @@ fn answer(
         times,
         counts: &renderer.shapes().technique.counts(&renderer.read_counters()?),
         exposure,
-        files: &[picture, timings, dump].into_iter().flatten().cloned().collect::<Vec<_>>(),
+        files: &job.settings.output.files().map(|(_, path)| path).collect::<Vec<_>>(),
     };
     Ok(answer.text())
 }

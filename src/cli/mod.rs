@@ -165,7 +165,7 @@ impl Args {
         let script = self.script.script.clone();
         let mut settings = Box::new(self.into_settings()?);
         // Only runs that end by themselves leave files.
-        settings.run.headless |= settings.output.asked_file().is_some();
+        settings.run.headless |= settings.output.files().next().is_some();
         if script.is_some() {
             check_that_a_script_has_a_window(&settings, print_graph)?;
         }
@@ -203,7 +203,7 @@ impl Args {
 
 /// A script is for the window, and a window writes no files by itself.
 fn check_that_a_script_has_a_window(settings: &Settings, print_graph: bool) -> Result<()> {
-    if let Some((name, path)) = settings.output.asked_file() {
+    if let Some((name, path)) = settings.output.files().next() {
         let path = path.display();
         return Err(Error::Usage(format!("--script is for the window, which does not write --{name} {path}")));
     }

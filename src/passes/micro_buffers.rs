@@ -42,6 +42,26 @@ impl GatherTables {
             environment: shape.means_buffer(frame),
         }
     }
+
+    /// A compute pass that gathers light of primary points or of pixels.
+    #[must_use]
+    pub fn primary_read_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        self.read_by(pass, self.primary)
+    }
+
+    /// A compute pass that gathers light of secondary points.
+    #[must_use]
+    pub fn secondary_read_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        self.read_by(pass, self.secondary)
+    }
+
+    fn read_by(&self, pass: Pass<Work>, texels: BufferHandle) -> Pass<Work> {
+        pass.bind("micro_table", texels, Access::ComputeRead).bind(
+            "environment_means",
+            self.environment,
+            Access::ComputeRead,
+        )
+    }
 }
 
 /// The primary points, and the leaves of each that the eye sees.
@@ -153,8 +173,6 @@ impl MicroBuffers {
     /// A compute pass that looks at what primary points see.
     #[must_use]
     pub fn read_by(&self, pass: Pass<Work>, tables: &GatherTables) -> Pass<Work> {
-        pass.bind("micro_table", tables.primary, Access::ComputeRead)
-            .bind("environment_means", tables.environment, Access::ComputeRead)
-            .bind("micro_texels", self.texels, Access::ComputeRead)
+        tables.primary_read_by(pass).bind("micro_texels", self.texels, Access::ComputeRead)
     }
 }

@@ -23,8 +23,7 @@ fn light_leaves(frame: &mut Frame, points: &Points, tables: &GatherTables, irrad
     let work = ComputeWork { repeat: Some(Repeat { rounds: 1, parts }), ..work };
     let pass = frame
         .compute("point_light/light_leaves", work)
-        .bind("micro_table", tables.secondary, Access::ComputeRead)
-        .bind("environment_means", tables.environment, Access::ComputeRead)
+        .with(|pass| tables.secondary_read_by(pass))
         .bind("point_nodes", points.nodes, Access::ComputeSampled)
         .bind("point_irradiance", irradiance, Access::ComputeReadWrite);
     frame.graph.add_pass(pass.repeated());
@@ -44,8 +43,7 @@ fn gather_pixels(
     let work = ComputeWork { push: vec![frame.shape.direct.into()], repeat: Some(Repeat { rounds: 1, parts }), ..work };
     let pass = frame
         .compute("pbgi_reference", work)
-        .bind("micro_table", tables.primary, Access::ComputeRead)
-        .bind("environment_means", tables.environment, Access::ComputeRead)
+        .with(|pass| tables.primary_read_by(pass))
         .bind("point_nodes", points.nodes, Access::ComputeSampled)
         .bind("triangle_cells", points.triangle_cells, Access::ComputeRead)
         .bind("leaf_cells", points.leaf_cells, Access::ComputeRead)

@@ -63,8 +63,7 @@ pub fn light_secondaries(
         .bind("point_counts", secondaries.counts.counts, Access::ComputeRead)
         .bind("point_needed", list.keys, Access::ComputeRead)
         .bind("seen_leaves", secondaries.seen_leaves, Access::ComputeRead)
-        .bind("micro_table", tables.secondary, Access::ComputeRead)
-        .bind("environment_means", tables.environment, Access::ComputeRead)
+        .with(|pass| tables.secondary_read_by(pass))
         .bind("point_nodes", points.nodes, Access::ComputeSampled)
         .bind("point_irradiance", irradiance, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);

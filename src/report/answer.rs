@@ -1,7 +1,7 @@
 //! What a run says at its end: what was rendered on what, how long a frame took and in which passes, and where the files are.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::Path;
 
 use super::Summary;
 use super::timings::{Device, RunTimes, SceneInfo};
@@ -27,7 +27,7 @@ pub struct Answer<'a> {
     /// Exposure of the picture, where it has one.
     pub exposure: Option<f32>,
     /// Files and folders that the run leaves.
-    pub files: &'a [PathBuf],
+    pub files: &'a [&'a Path],
 }
 
 impl Answer<'_> {
@@ -64,11 +64,10 @@ impl Answer<'_> {
     }
 
     fn frame_line(&self) -> String {
-        let RunTimes { frame_gpu_ms: Summary { median, p95, .. }, passes, .. } = self.times;
-        let frames = passes.iter().map(|pass| pass.frames).max().unwrap_or(1);
-        match frames {
+        let Summary { median, p95, .. } = &self.times.frame_gpu_ms;
+        match self.times.frame_count() {
             1 => format!("frame: {}, one frame", time(*median)),
-            _ => format!("frame: {}, median of {frames} frames, 95 % within {}", time(*median), time(*p95)),
+            frames => format!("frame: {}, median of {frames} frames, 95 % within {}", time(*median), time(*p95)),
         }
     }
 
@@ -130,7 +129,7 @@ mod tests {
             has_sky_for_lack_of_light: false,
         };
         let device = Device { name: "a device".to_owned(), ..Device::default() };
-        let (settings, files) = (Settings::default(), [PathBuf::from("a.png")]);
+        let (settings, files) = (Settings::default(), [Path::new("a.png")]);
         Answer {
             scene: &scene,
             device: &device,

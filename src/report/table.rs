@@ -13,7 +13,7 @@ pub fn table(times: &RunTimes, rays: &RayRates, exposure: Option<f32>) -> String
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
     table.set_header(["pass", "median ms", "p95 ms", "share"]);
-    let frames = times.passes.iter().map(|pass| pass.frames).max().unwrap_or(1) as f64;
+    let frames = times.frame_count() as f64;
     for pass in &times.passes {
         let mean_per_frame = pass.ms.mean * pass.frames as f64 / frames;
         table.add_row(row(&pass.name, &pass.ms, share(mean_per_frame, times.frame_gpu_ms.mean)));

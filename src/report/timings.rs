@@ -222,6 +222,12 @@ impl RunTimes {
             pass_sum_ms: stats(|frame| frame.pass_ms.iter().map(|(_, ms)| ms).sum())?,
         })
     }
+
+    /// Frames that were measured.
+    #[must_use]
+    pub fn frame_count(&self) -> usize {
+        self.passes.iter().map(|pass| pass.frames).max().unwrap_or(1)
+    }
 }
 
 fn summarise_passes(frames: &[FrameTimes]) -> Vec<PassTimes> {

@@ -214,11 +214,10 @@ impl Validate for WindowSettings {
 }
 
 impl OutputSettings {
-    /// A file or folder that is asked for, with the option that asks for it.
-    #[must_use]
-    pub fn asked_file(&self) -> Option<(&'static str, &Path)> {
+    /// The files and folders that are asked for, each with the option that asks for it.
+    pub fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         let files = [("output", &self.picture), ("timings", &self.timings), ("dump", &self.dump)];
-        files.into_iter().find_map(|(option, path)| Some((option, path.as_deref()?)))
+        files.into_iter().filter_map(|(option, path)| Some((option, path.as_deref()?)))
     }
 }
 

@@ -24,11 +24,13 @@ pub(super) fn count(text: &str) -> Result<u32, String> {
     };
     // Unlike f64's own notation: no signs, infinities or names.
     let is_number = digits.starts_with(|c: char| c.is_ascii_digit() || c == '.');
-    let found = digits.parse::<f64>().ok().filter(|_| is_number).map(|number| (number * unit).round());
-    let whole = found.filter(|n| (0.0..=f64::from(u32::MAX)).contains(n));
-    // What is lost in rounding is the fraction of `0.5`, not that of `1.2345k`.
-    let exact = whole.filter(|n| (n - digits.parse::<f64>().unwrap_or(f64::NAN) * unit).abs() < 1e-6);
-    exact.map(|n| n as u32).ok_or_else(|| format!("`{text}` is not a whole number such as 100000, 100k, 2M or 1e5"))
+    let number = digits.parse::<f64>().ok().filter(|_| is_number).map(|number| number * unit);
+    // `1.5k` is whole but for rounding, `0.5` and `1.2345k` are not.
+    let is_whole = |n: &f64| (n - n.round()).abs() < 1e-6 && (0.0..=f64::from(u32::MAX)).contains(&n.round());
+    number
+        .filter(is_whole)
+        .map(|n| n.round() as u32)
+        .ok_or_else(|| format!("`{text}` is not a whole number such as 100000, 100k, 2M or 1e5"))
 }
 
 /// Which pipeline renders.

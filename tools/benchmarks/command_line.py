@@ -9,7 +9,7 @@ from pathlib import Path
 
 from . import compare, cost, honesty, pbgi, tables, variants
 from .errors import BenchError, UsageError
-from .protocol import ROOT, Program
+from .protocol import ROOT, Program, shared_folder
 
 BENCHMARKS = {
     "cost": (cost, "the frame's cost against its limits, and the memory of a million VPLs"),
@@ -107,7 +107,7 @@ def prepare(options, words):
     path = Path(options.program).resolve()
     if not path.is_file():
         raise UsageError(f"--program {options.program} is not a file")
-    shared = Path(os.environ.get("GRIDLIGHT_SHARED", ROOT.parent / "shared"))
+    shared = shared_folder()
     sponza = shared / "assets/sponza/sponza-sun.gltf"
     if options.scene is None and sponza.exists():
         options.scene, options.camera = str(sponza), options.camera or "atrium"

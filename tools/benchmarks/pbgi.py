@@ -1,15 +1,14 @@
 """Point-based global illumination, in the paper's way and in the default one: the paper's Figure 5 (how many points of each
 kind there are), Figure 6 (times by stage), Table 1 and Figure 8 (against every point lit) beside its numbers."""
 import json
-import os
 import sys
 import tempfile
 from pathlib import Path
 
 from . import plot, protocol, published, report
 from .markdown import count, number, table
-from .protocol import Case, Program
-from .steps import PBGI_ROWS, assign
+from .protocol import Case, Program, shared_folder
+from .steps import PBGI_ROWS, RENDER, assign, members
 
 # Scene, its file under shared/, camera, environment: a file beside the scene, or what --environment takes.
 SCENES = [
@@ -36,10 +35,6 @@ class Scene:
 
     def is_there(self):
         return self.path is None or self.path.is_file()
-
-
-def shared_folder():
-    return Path(os.environ.get("GRIDLIGHT_SHARED", protocol.ROOT.parent / "shared"))
 
 
 def settle(options, software):
@@ -88,9 +83,8 @@ def measure(options, scene):
 
 def stages(measurement):
     """Milliseconds of each stage, summed in every frame."""
-    rows = assign(measurement.passes(), PBGI_ROWS)
-    sums = {row.title: [name for name, its_row in rows.items() if its_row == row] for row in PBGI_ROWS}
-    return {title: measurement.sum_of(names).as_json() if names else None for title, names in sums.items()}
+    sums = members(measurement.passes(), RENDER, PBGI_ROWS)
+    return {title: measurement.sum_of(names).as_json() for title, names in sums.items()}
 
 
 def compare(options, scene, folder):
@@ -128,7 +122,7 @@ def page(options, found, differences):
     lines += ["", "## Figure 6: times by stage", "", "Milliseconds, median (p95).", ""]
     columns = [(scene, way) for scene in found for way in WAYS]
     lines += table(["stage", *(f"{scene}, {way}" for scene, way in columns)],
-                   [[row.title, *(stage_cell(found[scene]["ways"][way]["stages"][row.title]) for scene, way in columns)]
+                   [[row.title, *(stage_cell(found[scene]["ways"][way]["stages"].get(row.title)) for scene, way in columns)]
                     for row in PBGI_ROWS])
     lines += ["", "## Figure 8: against every point lit", "", "The default way against `--technique pbgi-reference`; pictures "
               "are ours, the reference, and their difference times four.", ""]
@@ -140,16 +134,11 @@ def page(options, found, differences):
     return lines + [f"    {entry['ways'][way]['command']}" for entry in found.values() for way in WAYS]
 
 
-def counts_of(entry):
-    """Counts by key, however the timings hold them."""
-    return {key: entry["counts"][key] for key in COUNTS}
-
-
 def points_rows(options, found):
     rows = []
     for scene, entry in found.items():
         for way in WAYS:
-            counts = counts_of(entry["ways"][way])
+            counts = entry["ways"][way]["counts"]
             share = counts["needed_points"] / counts["seen_points"] if counts["seen_points"] else 0.0
             cells = [f"{counts[key]} ({100 * counts[key] / options.points:.1f} %)" for key in COUNTS]
             rows.append([scene, way, *cells, f"{100 * share:.0f} %"])
@@ -161,7 +150,7 @@ def points_rows(options, found):
 
 
 def table_1(found):
-    rows = [[scene, way, counts_of(entry["ways"][way])["primary_points"], counts_of(entry["ways"][way])["needed_points"],
+    rows = [[scene, way, entry["ways"][way]["counts"]["primary_points"], entry["ways"][way]["counts"]["needed_points"],
              number(entry["ways"][way]["frame_gpu_ms"]["median"])] for scene, entry in found.items() for way in WAYS]
     return rows + [[scene, "published", primary, lit, number(ms)] for scene, (primary, _, lit, ms) in published.PBGI.items()]
 

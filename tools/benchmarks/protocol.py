@@ -18,6 +18,11 @@ ROOT = Path(__file__).resolve().parents[2]
 SOFTWARE = ("llvmpipe", "lavapipe", "swiftshader")
 
 
+def shared_folder():
+    """Scenes and references that are not part of the project."""
+    return Path(os.environ.get("GRIDLIGHT_SHARED", ROOT.parent / "shared"))
+
+
 @dataclasses.dataclass(frozen=True)
 class Case:
     """`repeats` 0: only described (counts, memory), with one frame that says no more than that it works."""

@@ -60,8 +60,9 @@ def assign(names, rows=None):
     return found
 
 
-def members(names, phase):
+def members(names, phase, rows=None):
     """Title of each row of the phase, in order, with the passes it sums; rows without passes are left out."""
-    rows = assign(names)
-    sums = {row.title: [name for name, its_row in rows.items() if its_row == row] for row in ROWS if row.phase == phase}
+    rows = rows or ROWS
+    found = assign(names, rows)
+    sums = {row.title: [name for name, its_row in found.items() if its_row == row] for row in rows if row.phase == phase}
     return {title: passes for title, passes in sums.items() if passes}

@@ -3,37 +3,21 @@
 mod common;
 
 use std::f32::consts::PI;
-use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use common::compare::{near, within};
+use common::points::{Rendered, render, under_sky};
 use common::rooms::{add_quad, camera};
-use common::written::Written;
 use glam::{Vec2, Vec3};
 use gridlight::cpu::micro_buffers::{Looking, micro_frame, place_of_leaf_key, seen_key, unpack_leaf};
 use gridlight::cpu::radiance_cache::{convolve_lobes, gather};
-use gridlight::environment::Environment;
 use gridlight::micro_buffers::{LOBES, table};
-use gridlight::points::PointCloud;
-use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::testing::{box_room, diffuse, plane, scene_from_quads};
 use gridlight::scene::{Camera, Light, Scene};
 use gridlight::settings::{Hemisphere, MicroFill, Settings, Size, Switch, Technique};
-use gridlight::shared::{CacheCounts, CachePlace, MicroTexel, PRIMARY_EDGE, PointCounts};
+use gridlight::shared::{CacheCounts, CachePlace, MicroTexel, PRIMARY_EDGE};
 
 const POINTS_LOG2: u32 = 12;
-
-/// A scene under this environment alone.
-fn under(mut scene: Scene, environment: Environment) -> Scene {
-    scene.lights = vec![Light::DARK];
-    scene.environment = Some(Arc::new(environment));
-    scene
-}
-
-fn under_sky(scene: Scene) -> Scene {
-    under(scene, Environment::uniform([1.0; 3]))
-}
 
 fn small() -> Settings {
     Settings::default().changed(|s| {
@@ -41,56 +25,6 @@ fn small() -> Settings {
         s.picture.size = Size { width: 96, height: 54 };
         s.pbgi.points = 1 << POINTS_LOG2;
     })
-}
-
-/// What a frame leaves.
-struct Rendered {
-    radiance: Vec<Vec3>,
-    written: Written,
-    cloud: PointCloud,
-    largest_triangle: f32,
-}
-
-fn render(scene: &Scene, settings: &Settings) -> Rendered {
-    let test = common::gpu();
-    let mut uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
-    uploaded.spread_points(scene, Some(settings.pbgi.points.ilog2())).unwrap();
-    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], settings)).unwrap();
-    renderer.run_in_steps(200.0, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    Rendered {
-        radiance: renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect(),
-        written: Written::by(&renderer),
-        largest_triangle: renderer.frame_data().largest_triangle,
-        cloud: (**uploaded.points(settings.pbgi.points.ilog2()).unwrap()).clone(),
-    }
-}
-
-impl Rendered {
-    fn counts(&self) -> PointCounts {
-        self.written.last::<PointCounts>("point_counts")[0]
-    }
-
-    /// Keys of the primary points.
-    fn primaries(&self) -> Vec<u32> {
-        self.written.last::<u32>("point_primaries")[..self.counts().primary_count as usize].to_vec()
-    }
-
-    /// Irradiance of every key.
-    fn irradiance(&self) -> Vec<Vec3> {
-        self.written.last::<[f32; 3]>("point_irradiance").into_iter().map(Vec3::from).collect()
-    }
-
-    /// Positions and irradiance of the primary points of which the eye sees a leaf.
-    fn lit(&self) -> Vec<(Vec3, Vec3)> {
-        let irradiance = self.irradiance();
-        let leaves: Vec<[u32; 4]> = self.written.last("primary_leaves");
-        let place = |(key, leaves): (u32, [u32; 4])| {
-            let leaf = leaves.into_iter().min().filter(|leaf| *leaf != u32::MAX)?;
-            let position = self.cloud.node(unpack_leaf(&self.cloud, leaf) >> 1).centroid_ws;
-            Some((position, irradiance[key as usize]))
-        };
-        self.primaries().into_iter().zip(leaves).filter_map(place).collect()
-    }
 }
 
 /// Looks down on the origin.

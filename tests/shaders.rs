@@ -15,8 +15,8 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    Coverage, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Settings, ShadowEstimate,
-    ShadowFilter, Size, Switch, Technique, View,
+    Coverage, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Selection, Settings,
+    ShadowEstimate, ShadowFilter, Size, Switch, Technique, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -107,6 +107,11 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
             s.render.technique = Technique::Pbgi;
             s.pbgi.micro = MicroFill::Points;
             s.pbgi.coverage = Coverage::Binary;
+            s.pbgi.selection = Selection::Paper;
+        }),
+        small().changed(|s| {
+            s.render.technique = Technique::Pbgi;
+            s.pbgi.selection = Selection::Arrival;
         }),
         small().changed(|s| s.render.technique = Technique::PbgiReference),
         small().changed(|s| {

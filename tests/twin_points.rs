@@ -5,6 +5,7 @@ mod common;
 
 use ash::vk;
 use bytemuck::Zeroable;
+use clap::ValueEnum;
 use common::compare::{self, Verdict};
 use common::hierarchy::frame_shape;
 use common::light_sets::Random;
@@ -20,11 +21,11 @@ use gridlight::cpu::point_sides::{PointSides, has_bit};
 use gridlight::cpu::spread_down::spread_down;
 use gridlight::gpu::Executor;
 use gridlight::graph::{BufferHandle, ImageInfo};
-use gridlight::passes::point_selection::UnderPrimary;
 use gridlight::passes::points::Points;
 use gridlight::passes::{Frame, point_cut, point_propagation, point_selection};
 use gridlight::points::PointCloud;
 use gridlight::scene::testing::box_room;
+use gridlight::settings::Selection;
 use gridlight::shared::{FrameData, POINT_DISPATCHES, POINT_IS_TURNED, POINT_LIST_NEEDED, PointCounts};
 
 /// Edges of the picture.
@@ -40,7 +41,7 @@ struct Given {
     seen: Vec<u32>,
     irradiance: Vec<f32>,
     capacity: u32,
-    under_primary: UnderPrimary,
+    selection: Selection,
 }
 
 /// What it leaves.
@@ -113,7 +114,7 @@ impl Given {
             data,
             cloud,
             capacity: keys,
-            under_primary: UnderPrimary::Known,
+            selection: Selection::Levels,
         }
     }
 
@@ -132,7 +133,7 @@ impl Given {
         let irradiance = bytemuck::cast_slice(&self.irradiance).into();
         let irradiance = frame.graph.filled_buffer("point_irradiance", irradiance);
         let cut = point_cut::add(&mut frame, depth, &points, self.capacity);
-        let selection = point_selection::add(&mut frame, &points, &cut, seen, self.capacity, self.under_primary);
+        let selection = point_selection::add(&mut frame, &points, &cut, seen, self.capacity, self.selection);
         point_propagation::add(&mut frame, &points, &cut, &selection, seen, irradiance);
         let mut executor = Executor::new(&test.gpu, frame.graph, None).unwrap();
         let ticket = executor.submit(bytemuck::bytes_of(&self.data)).unwrap();
@@ -190,7 +191,7 @@ fn compare_all(given: &Given, left: &Left) -> Verdict {
     let (primaries, primaries_lost) = pack_keys(&left.primary, capacity);
     compare::exact("primaries", &left.primaries, &primaries)?;
     compare::exact("under", &left.under, &spread_down(&sides, &left.primary))?;
-    let gathered = gather_up(&sides, &left.under, &given.seen, given.under_primary == UnderPrimary::Known);
+    let gathered = gather_up(&sides, &left.under, &given.seen, given.selection != Selection::Paper);
     compare::exact("known", &left.known, &gathered.known)?;
     compare::exact("derived", &left.derived, &gathered.derived)?;
     compare::exact("needed", &left.needed, &gathered.needed)?;
@@ -227,14 +228,23 @@ fn compare_irradiance(given: &Given, sides: &PointSides, left: &Left) -> Verdict
 #[test]
 fn every_pass_is_as_its_twin() {
     for (leaf_count_log2, seed) in [(12, 1), (9, 2), (5, 3), (4, 4)] {
-        for under_primary in [UnderPrimary::Known, UnderPrimary::Unknown] {
-            let given = Given { under_primary, ..Given::new(leaf_count_log2, seed) };
+        for selection in Selection::value_variants() {
+            let given = Given { selection: *selection, ..Given::new(leaf_count_log2, seed) };
             let left = given.run();
-            compare_all(&given, &left).unwrap_or_else(|e| panic!("2^{leaf_count_log2} leaves, {under_primary:?}: {e}"));
+            compare_all(&given, &left).unwrap_or_else(|e| panic!("2^{leaf_count_log2} leaves, {selection:?}: {e}"));
             let passing = left.passing.iter().any(|word| *word != 0);
             // With few leaves none is small enough, and the cut is all of them.
             assert!(left.counts.primary_count > 0 && passing == (leaf_count_log2 >= 9), "{:?}", left.counts);
         }
+    }
+}
+
+#[test]
+fn arrivals_find_the_same_every_time() {
+    // Many threads race for the counters here; whoever comes second, the bits are the same.
+    let given = Given { selection: Selection::Arrival, ..Given::new(14, 7) };
+    for _ in 0..4 {
+        compare_all(&given, &given.run()).unwrap();
     }
 }
 

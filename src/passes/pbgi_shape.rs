@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::graph::BufferHandle;
 use crate::passes::Frame;
 use crate::points::PointCloud;
-use crate::settings::{Coverage, Hemisphere, MicroFill};
+use crate::settings::{Coverage, Hemisphere, MicroFill, Selection};
 
 /// What decides which passes there are and how large their resources.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +22,8 @@ pub struct PbgiShape {
     pub coverage: Coverage,
     /// How micro-buffers divide the hemisphere.
     pub hemisphere: Hemisphere,
+    /// How points that need a micro-buffer of their own are found.
+    pub selection: Selection,
     /// Means of the environment (`environment::blurred`), over the scale of the scene's environment.
     pub environment_means: Arc<[[f32; 4]]>,
 }

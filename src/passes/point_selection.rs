@@ -4,8 +4,9 @@
 use super::point_cut::{self, KeyList, PointCut};
 use super::points::Points;
 use super::{Frame, shader, threads};
-use crate::gpu::ComputeWork;
-use crate::graph::{Access, BufferHandle};
+use crate::gpu::{ComputeWork, Work};
+use crate::graph::{Access, BufferHandle, Pass};
+use crate::settings::Selection;
 use crate::shared::POINT_LIST_NEEDED;
 
 /// What is to be done for each side, a bit for each key.
@@ -23,48 +24,85 @@ pub struct PointSelection {
     pub needed_list: KeyList,
 }
 
-/// What a side that is not seen, but lies under a primary point, counts as when the levels above are looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UnderPrimary {
-    /// Known, as the levels have been followed downwards first.
-    Known,
-    /// Unknown, as in the paper, which looks upwards first.
-    Unknown,
+/// The sets that are found, before the list is made.
+struct Found {
+    under: BufferHandle,
+    known: BufferHandle,
+    derived: BufferHandle,
+    needed: BufferHandle,
 }
 
-/// Adds the passes, a dispatch for each level of the tree. `seen` are the sides that micro-buffers of primary points see.
+impl Found {
+    /// A pass that looks upwards.
+    fn found_by(&self, pass: Pass<Work>, points: &Points, cut: &PointCut, seen: BufferHandle) -> Pass<Work> {
+        pass.bind("turned_bits", points.turned, Access::ComputeRead)
+            .bind("under_bits", self.under, Access::ComputeRead)
+            .bind("seen_bits", seen, Access::ComputeRead)
+            .bind("known_bits", self.known, Access::ComputeReadWrite)
+            .bind("derived_bits", self.derived, Access::ComputeReadWrite)
+            .bind("needed_bits", self.needed, Access::ComputeReadWrite)
+            .bind("counts", cut.counts.counts, Access::ComputeReadWrite)
+    }
+}
+
+/// Adds the passes. `seen` are the sides that micro-buffers of primary points see.
 pub fn add(
     frame: &mut Frame,
     points: &Points,
     cut: &PointCut,
     seen: BufferHandle,
     capacity: u32,
-    under_primary: UnderPrimary,
+    selection: Selection,
 ) -> PointSelection {
     let under = spread_down(frame, points, cut);
     let [known, derived, needed] =
         ["known_bits", "derived_bits", "needed_bits"].map(|name| points.side_bits(frame, name));
+    let found = Found { under, known, derived, needed };
+    match selection {
+        Selection::Levels | Selection::Paper => gather_up(frame, points, cut, seen, &found, selection),
+        Selection::Arrival => climb_arrivals(frame, points, cut, seen, &found),
+    }
+    let needed_list = point_cut::pack_keys(frame, points, needed, POINT_LIST_NEEDED, capacity, &cut.counts);
+    PointSelection { under, known, derived, needed, needed_list }
+}
+
+/// Adds the passes that look upwards, a dispatch for each level of the tree.
+fn gather_up(
+    frame: &mut Frame,
+    points: &Points,
+    cut: &PointCut,
+    seen: BufferHandle,
+    found: &Found,
+    selection: Selection,
+) {
     let last_word = points.levels().last();
     for [first_word, word_count] in points.levels().rev() {
         let is_leaf_level = last_word == Some([first_word, word_count]);
         let work = ComputeWork {
             push: vec![first_word, word_count, is_leaf_level.into()],
-            constants: vec![("UNDER_IS_KNOWN", (under_primary == UnderPrimary::Known).into())],
+            constants: vec![("UNDER_IS_KNOWN", (selection != Selection::Paper).into())],
             ..shader("point_selection/gather_up", threads(word_count))
         };
         let pass = frame
             .compute(&format!("point_selection/gather_up/{first_word}"), work)
-            .bind("turned_bits", points.turned, Access::ComputeRead)
-            .bind("under_bits", under, Access::ComputeRead)
-            .bind("seen_bits", seen, Access::ComputeRead)
-            .bind("known_bits", known, Access::ComputeReadWrite)
-            .bind("derived_bits", derived, Access::ComputeReadWrite)
-            .bind("needed_bits", needed, Access::ComputeReadWrite)
-            .bind("counts", cut.counts.counts, Access::ComputeReadWrite);
+            .with(|pass| found.found_by(pass, points, cut, seen));
         frame.graph.add_pass(pass);
     }
-    let needed_list = point_cut::pack_keys(frame, points, needed, POINT_LIST_NEEDED, capacity, &cut.counts);
-    PointSelection { under, known, derived, needed, needed_list }
+}
+
+/// Adds the pass that looks upwards from all leaves at once.
+fn climb_arrivals(frame: &mut Frame, points: &Points, cut: &PointCut, seen: BufferHandle, found: &Found) {
+    let arrivals = frame.graph.transient_buffer("point_arrivals", 4 * u64::from(points.leaf_count()));
+    let cleared = [found.known, found.derived, found.needed, arrivals].map(|buffer| (buffer, 0));
+    frame.clear_here("point_selection/clear", &cleared);
+    let pass = frame
+        .compute(
+            "point_selection/climb_arrivals",
+            shader("point_selection/climb_arrivals", threads(points.leaf_count())),
+        )
+        .with(|pass| found.found_by(pass, points, cut, seen))
+        .bind("arrivals", arrivals, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
 }
 
 /// Adds the passes that find what lies under primary points.

@@ -8,6 +8,7 @@ mod environment;
 mod file;
 mod group;
 mod groups;
+mod pbgi_values;
 mod scope;
 mod sun;
 mod techniques;
@@ -27,13 +28,13 @@ pub use groups::{
     DeviceSettings, OutputSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, TracingSettings,
     WindowSettings,
 };
+pub use pbgi_values::{Coverage, Hemisphere, MicroFill, Selection};
 pub use scope::Scope;
 pub use sun::SunPlace;
 pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings, PbgiSettings};
 pub use values::{
-    CenterWeight, Coverage, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels, LightSet, LightingMode, Lobe,
-    MicroFill, Rays, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, ToneMap, View,
-    VplImportance, name,
+    CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, Rays, Reservoir,
+    ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, ToneMap, View, VplImportance, name,
 };
 pub use window_values::{PresentMode, RenderScale};
 

@@ -2,8 +2,8 @@
 
 use super::{
     CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels, LightSet,
-    LightingMode, Lobe, MicroFill, PresentMode, Rays, RenderScale, Reservoir, Settings, ShadowEstimate, ShadowFilter,
-    ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
+    LightingMode, Lobe, MicroFill, PresentMode, Rays, RenderScale, Reservoir, Selection, Settings, ShadowEstimate,
+    ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
 };
 
 /// Settings of which none is the default.
@@ -26,6 +26,7 @@ pub fn every_value_changed() -> Settings {
         s.pbgi.micro = MicroFill::Points;
         s.pbgi.coverage = Coverage::Binary;
         s.pbgi.hemisphere = Hemisphere::Concentric;
+        s.pbgi.selection = Selection::Paper;
         s.pbgi.sun_leaves = 2;
         s.render.accumulate = 4;
         s.render.direct = Switch::Off;

@@ -209,36 +209,6 @@ pub enum LevelBuild {
     Scatter,
 }
 
-/// What fills micro-buffers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum MicroFill {
-    /// A ray for each texel.
-    Rays,
-    /// The points, splatted, as in the paper.
-    Points,
-}
-
-/// How much of a texel a point covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Coverage {
-    /// Its share of the texel.
-    Fraction,
-    /// All of it, as in the paper.
-    Binary,
-}
-
-/// How the texels of a micro-buffer divide the hemisphere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Hemisphere {
-    /// A paraboloid, as in the paper: the solid angle of texels at the rim is a quarter of that in the middle.
-    Paraboloid,
-    /// The concentric map: texels of the same cosine weight.
-    Concentric,
-}
-
 /// How the lights are summed into the finest grid. The sums are the same to the bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

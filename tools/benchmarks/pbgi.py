@@ -18,8 +18,8 @@ SCENES = [
     ("courtyard", None, None, "sky"),
     ("Sponza", "assets/sponza/sponza-sun.gltf", "atrium", "sky"),
 ]
-# The way of the paper, as far as settings have it, and the default one. The order of selection is not a setting yet.
-WAYS = {"paper": "--micro points --coverage binary --sun-leaves 1", "default": ""}
+# The way of the paper and the default one.
+WAYS = {"paper": "--micro points --coverage binary --selection paper --sun-leaves 1", "default": ""}
 # Counts of a run: key in the timings, words.
 COUNTS = {"primary_points": "primary", "seen_points": "secondary, seen", "needed_points": "secondary, lit"}
 

@@ -1,6 +1,6 @@
 //! Settings that go together.
 
-use crate::settings::{Lobe, Scope, Settings, ShadowPoints, Technique};
+use crate::settings::{Coverage, Lobe, MicroFill, Scope, Selection, Settings, ShadowPoints, Technique};
 
 /// A name, what it is in a sentence, and what it changes of the defaults.
 pub struct Preset {
@@ -12,7 +12,7 @@ pub struct Preset {
 }
 
 /// Every preset.
-pub const PRESETS: [Preset; 4] = [
+pub const PRESETS: [Preset; 5] = [
     Preset {
         name: "paper",
         help: "The choices of Lin and Yuksel 2019 where this program's defaults differ",
@@ -20,6 +20,17 @@ pub const PRESETS: [Preset; 4] = [
             s.lgh.lobe = Lobe::ClampedNormal;
             s.lgh.shadow_points = ShadowPoints::Deviation;
             s.lgh.shadow_from = 2;
+        },
+    },
+    Preset {
+        name: "paper, points",
+        help: "Point-based global illumination with the choices of Harada 2014 where this program's defaults differ",
+        change: |s| {
+            s.render.technique = Technique::Pbgi;
+            s.pbgi.micro = MicroFill::Points;
+            s.pbgi.coverage = Coverage::Binary;
+            s.pbgi.selection = Selection::Paper;
+            s.pbgi.sun_leaves = 1;
         },
     },
     Preset {

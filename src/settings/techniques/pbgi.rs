@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{require, within};
-use crate::settings::{Coverage, Hemisphere, MicroFill};
+use crate::settings::{Coverage, Hemisphere, MicroFill, Selection};
 use crate::shared::{MAX_POINTS, MIN_POINTS, POINT_LEAVES};
 
 settings_group! {
@@ -22,6 +22,10 @@ settings_group! {
         /// How micro-buffers divide the hemisphere: a paraboloid as in the paper, or the concentric map [default: paraboloid]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "paraboloid|concentric")]
         pub hemisphere: Hemisphere = Hemisphere::Paraboloid,
+        /// How points that need a micro-buffer of their own are found: by levels downwards first, upwards
+        /// first as in the paper, or as `levels` by its atomic arrivals [default: levels]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "levels|paper|arrival")]
+        pub selection: Selection = Selection::Levels,
         /// Leaves of a point that suns and lamps are looked for from, 1 to 4 [default: 4]
         #[arg(long, value_name = "N")]
         pub sun_leaves: u32 = 4,

@@ -27,6 +27,7 @@ pub(super) fn shape(job: &Job<'_>) -> Result<PbgiShape> {
         micro: settings.micro,
         coverage: settings.coverage,
         hemisphere: settings.hemisphere,
+        selection: settings.selection,
         environment_means: job.scene.environment_means(),
     })
 }

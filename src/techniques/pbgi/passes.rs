@@ -6,7 +6,6 @@ use crate::passes::gbuffer::GBuffer;
 use crate::passes::micro_buffers::{self, GatherTables};
 use crate::passes::pbgi_shape::PbgiShape;
 use crate::passes::point_light::{self, Secondaries};
-use crate::passes::point_selection::UnderPrimary;
 use crate::passes::points::Points;
 use crate::passes::{Frame, cache_gather, cache_tiles, point_cut, point_propagation, point_selection, radiance_cache};
 
@@ -20,7 +19,7 @@ pub(super) fn add(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer) -> Ad
     let micro_buffers = micro_buffers::add(frame, shape, &points, &primaries, &tables);
     let seen = micro_buffers.seen_bits;
     let most_needed = 2 * points.node_count();
-    let selection = point_selection::add(frame, &points, &cut, seen, most_needed, UnderPrimary::Known);
+    let selection = point_selection::add(frame, &points, &cut, seen, most_needed, shape.selection);
     point_light::light_primaries(frame, &points, &primaries, &micro_buffers, &tables, irradiance);
     let secondaries = Secondaries { selection: &selection, counts: cut.counts, seen_leaves: micro_buffers.seen_leaves };
     point_light::light_secondaries(frame, shape, &points, &secondaries, &tables, irradiance);

@@ -22,6 +22,7 @@ use gridlight::cpu::spread_down::spread_down;
 use gridlight::gpu::Executor;
 use gridlight::graph::{BufferHandle, ImageInfo};
 use gridlight::passes::points::Points;
+use gridlight::passes::point_cut::Hidden;
 use gridlight::passes::{Frame, point_cut, point_propagation, point_selection};
 use gridlight::points::PointCloud;
 use gridlight::scene::testing::box_room;
@@ -132,7 +133,7 @@ impl Given {
         let seen = frame.graph.filled_buffer("seen_bits", bytemuck::cast_slice(&self.seen).into());
         let irradiance = bytemuck::cast_slice(&self.irradiance).into();
         let irradiance = frame.graph.filled_buffer("point_irradiance", irradiance);
-        let cut = point_cut::add(&mut frame, depth, &points, self.capacity);
+        let cut = point_cut::add(&mut frame, depth, &points, self.capacity, Hidden::Kept);
         let selection = point_selection::add(&mut frame, &points, &cut, seen, self.capacity, self.selection);
         point_propagation::add(&mut frame, &points, &cut, &selection, seen, irradiance);
         let mut executor = Executor::new(&test.gpu, frame.graph, None).unwrap();

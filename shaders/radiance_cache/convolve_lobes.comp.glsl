@@ -86,8 +86,6 @@ void main() {
     }
     if (lane == 0u) {
         float reach = frame.cache_reach * point_node(key >> 1u).radius + CACHE_REACH_LEAVES * frame.point_leaf_radius;
-        // A point that the eye sees no leaf of would bring light from behind what it sees.
-        reach = all(equal(primary_leaves[slot], uvec4(NO_LEAF))) ? 0.0 : reach;
         cache_places[slot] = CachePlace(place.position_ws, reach, place.normal_ws, key, to_world[0], 0u);
     }
 }

@@ -61,8 +61,17 @@ fn declare_counts(frame: &mut Frame) -> KeyCounts {
     KeyCounts { counts, dispatches }
 }
 
+/// Whether sides of which the eye sees no leaf are taken out of the cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hidden {
+    /// They are, by rays to the eye.
+    Dropped,
+    /// They are not, and no scene is needed.
+    Kept,
+}
+
 /// Adds the passes. `depth` is that of the surfaces that are seen.
-pub fn add(frame: &mut Frame, depth: ImageHandle, points: &Points, capacity: u32) -> PointCut {
+pub fn add(frame: &mut Frame, depth: ImageHandle, points: &Points, capacity: u32, hidden: Hidden) -> PointCut {
     let counts = declare_counts(frame);
     let passing = frame.graph.persistent_buffer("passing_bits", 4 * u64::from(points.node_count().div_ceil(32)));
     let bits = points.side_bits(frame, "primary_bits");
@@ -80,8 +89,21 @@ pub fn add(frame: &mut Frame, depth: ImageHandle, points: &Points, capacity: u32
         .bind("passing_bits", passing, Access::ComputeRead)
         .bind("primary_bits", bits, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
+    if hidden == Hidden::Dropped {
+        drop_hidden(frame, points, bits);
+    }
     let primaries = pack_keys(frame, points, bits, POINT_LIST_PRIMARIES, capacity, &counts);
     PointCut { passing, bits, primaries, counts }
+}
+
+/// Adds the pass that takes sides of which the eye sees no leaf out of the cut.
+fn drop_hidden(frame: &mut Frame, points: &Points, bits: BufferHandle) {
+    let work = frame.ray_shader("point_cut/drop_hidden", threads(2 * points.node_count()));
+    let pass = frame
+        .compute("point_cut/drop_hidden", work)
+        .bind("point_nodes", points.nodes, Access::ComputeSampled)
+        .bind("primary_bits", bits, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
 }
 
 /// Adds the passes that list the keys of a set of sides.

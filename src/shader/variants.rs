@@ -46,6 +46,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("environment_light/sample_environment.comp.glsl", RAYS),
     ("inspect/inspect_pixel.comp.glsl", INSPECTIONS),
     ("brute_force/shade_all.comp.glsl", RAYS),
+    ("point_cut/drop_hidden.comp.glsl", RAYS),
     ("micro_buffers/choose_leaves.comp.glsl", RAYS),
     ("micro_buffers/trace_texels.comp.glsl", RAYS),
     ("point_light/light_primaries.comp.glsl", RAYS),

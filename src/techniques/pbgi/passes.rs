@@ -5,6 +5,7 @@ use crate::passes::compose::Indirect;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::micro_buffers::{self, GatherTables};
 use crate::passes::pbgi_shape::PbgiShape;
+use crate::passes::point_cut::Hidden;
 use crate::passes::point_light::{self, Secondaries};
 use crate::passes::points::Points;
 use crate::passes::{Frame, cache_gather, cache_tiles, point_cut, point_propagation, point_selection, radiance_cache};
@@ -14,7 +15,7 @@ pub(super) fn add(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer) -> Ad
     let tables = GatherTables::declare(frame, shape);
     let points = Points::declare(frame, &shape.cloud);
     let irradiance = point_propagation::declare_irradiance(frame, &points);
-    let cut = point_cut::add(frame, gbuffer.depth, &points, shape.primary_capacity);
+    let cut = point_cut::add(frame, gbuffer.depth, &points, shape.primary_capacity, Hidden::Dropped);
     let primaries = micro_buffers::choose_leaves(frame, &points, cut);
     let micro_buffers = micro_buffers::add(frame, shape, &points, &primaries, &tables);
     let seen = micro_buffers.seen_bits;

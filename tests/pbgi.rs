@@ -134,6 +134,57 @@ fn under_a_roof() -> Scene {
     scene
 }
 
+/// A floor that tiles a little above it hide but for narrow joints, before a wall that it lights.
+fn tiled_floor() -> Scene {
+    let level = |x: f32, y: f32, z: f32, edge: f32| {
+        let corner = Vec3::new(x, y, z);
+        [corner, corner + edge * Vec3::Z, corner + edge * (Vec3::X + Vec3::Z), corner + edge * Vec3::X]
+    };
+    let mut scene = scene_from_quads("tiles", &[level(-2.0, 0.0, -2.0, 4.0)], diffuse("grey", Vec3::splat(0.5)));
+    for i in 0..64 {
+        let [x, z] = [i % 8, i / 8].map(|step| 0.5 * step as f32 - 1.97);
+        add_quad(&mut scene, level(x, TILE_HEIGHT, z, 0.44));
+    }
+    let corner = Vec3::new(-2.0, 0.0, -2.0);
+    add_quad(&mut scene, [corner, corner + 4.0 * Vec3::X, corner + 4.0 * Vec3::X + Vec3::Y, corner + Vec3::Y]);
+    let mut scene = under_sky(scene);
+    from_above(&mut scene, 4.0);
+    scene
+}
+
+/// Height of the tiles over the floor.
+const TILE_HEIGHT: f32 = 0.02;
+
+/// Whether every one of these keys is lit, as all of them see much of the sky.
+fn check_none_dark(keys: &[u32], irradiance: &[Vec3]) -> Result<(), String> {
+    if keys.len() < 20 {
+        return Err(format!("{} keys", keys.len()));
+    }
+    match keys.iter().find(|key| !(irradiance[**key as usize].x > 0.3 * PI)) {
+        Some(key) => Err(format!("key {key} has {}", irradiance[*key as usize])),
+        None => Ok(()),
+    }
+}
+
+#[test]
+fn what_lies_behind_what_is_seen_neither_costs_nor_darkens() {
+    let rendered = render(&tiled_floor(), &small());
+    let primaries = rendered.primaries();
+    // The eye sees a leaf of each.
+    assert_eq!(rendered.lit().len(), primaries.len());
+    // A hair inside of a tile's edges, as the eye looks at them aslant.
+    let under_tile = |x: f32| (0.015..0.425).contains(&(x + 1.97).rem_euclid(0.5));
+    let is_hidden = |place: Vec3| place.y < 0.5 * TILE_HEIGHT && under_tile(place.x) && under_tile(place.z);
+    assert!(is_hidden(Vec3::new(0.25, 0.0, 0.25)) && !is_hidden(Vec3::new(-0.01, 0.0, 0.25)));
+    assert_eq!(rendered.lit().into_iter().find(|(position, _)| is_hidden(*position)), None);
+    let mut irradiance = rendered.irradiance();
+    let needed = rendered.written.last::<u32>("point_needed")[..rendered.counts().needed_count as usize].to_vec();
+    check_none_dark(&primaries, &irradiance).unwrap();
+    check_none_dark(&needed, &irradiance).unwrap();
+    irradiance[needed[7] as usize] = Vec3::ZERO;
+    check_none_dark(&needed, &irradiance).unwrap_err();
+}
+
 #[test]
 fn one_bounce_never_exceeds_the_sky() {
     let all = render(&under_a_roof(), &small());

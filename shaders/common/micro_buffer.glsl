@@ -33,12 +33,16 @@ struct PointPlace {
 // Off the surface by this share of a leaf's radius, where rays start.
 const float POINT_OFFSET = 0.1;
 
+// A point of a surface with this normal, as it is lit.
+PointPlace place_above(vec3 position, vec3 normal) {
+    float offset = max(POINT_OFFSET * frame.point_leaf_radius, ray_offset(position));
+    return PointPlace(position + offset * normal, normal);
+}
+
 // A leaf as one of its sides is lit: 0 faces its normal.
 PointPlace leaf_place(uint leaf_node, uint side) {
     PointNode leaf = point_node(leaf_node);
-    vec3 normal = side == 0u ? leaf.normal : -leaf.normal;
-    float offset = max(POINT_OFFSET * frame.point_leaf_radius, ray_offset(leaf.centroid_ws));
-    return PointPlace(leaf.centroid_ws + offset * normal, normal);
+    return place_above(leaf.centroid_ws, side == 0u ? leaf.normal : -leaf.normal);
 }
 
 // A texel of a micro-buffer as it is kept: coverage in the uppermost 8 bits, then the key of what is seen, or 0.

@@ -1,30 +1,37 @@
-// Light of the scene's suns and lamps at points, averaged over their leaves. Needs scene.glsl, punctual.glsl and
-// point_leaves.glsl.
+// Light of the scene's suns and lamps at points, averaged over the places that a point is lit at. Needs scene.glsl,
+// punctual.glsl, point_leaves.glsl and `PointPlace place_of_word(uint)`: where a point is lit by a word that is kept of it.
 
-// Whether a leaf is one of the first `frame.sun_leaves` of a point's.
-bool is_asked(uvec4 leaves, uint leaf) {
-    uvec4 before = uvec4(lessThan(leaves, uvec4(leaf)));
-    return leaf != NO_LEAF && before.x + before.y + before.z + before.w < frame.sun_leaves;
+// Where the point of this workgroup is lit, best known first.
+shared PointPlace lit_places[POINT_LEAVES];
+
+// Finds the places by words of which smaller ones are preferred, NO_LEAF for none, and gives how many there are; without any
+// it is that of the representative leaf. Called by all lanes.
+uint find_lit_places(uvec4 words, uint key, uint lane) {
+    uvec4 is_known = uvec4(notEqual(words, uvec4(NO_LEAF)));
+    uint count = is_known.x + is_known.y + is_known.z + is_known.w;
+    // A loop, as CPU drivers jump over loops that no invocation is in, and not over branches.
+    for (uint i = lane; i < POINT_LEAVES; i += POINT_LANES) {
+        uint word = words[i];
+        uvec4 is_before = uvec4(lessThan(words, uvec4(word)));
+        if (word != NO_LEAF) {
+            lit_places[is_before.x + is_before.y + is_before.z + is_before.w] = place_of_word(word);
+        }
+    }
+    for (uint i = lane; i < 1u - min(count, 1u); i += POINT_LANES) {
+        lit_places[0] = place_of_leaf_key(leaf_key_of(NO_LEAF, key));
+    }
+    barrier();
+    return max(count, 1u);
 }
 
-// Share of one lane, of so many, of the irradiance from all lights. A point without leaves has its representative.
-vec3 lamp_irradiance(uint key, uvec4 leaves, uint lane, uint lanes) {
-    if (all(equal(leaves, uvec4(NO_LEAF)))) {
-        leaves.x = leaf_key_of(NO_LEAF, key) - 2u * frame.point_leaf_count;
-    }
-    uint count = 0u;
-    for (uint i = 0u; i < POINT_LEAVES; ++i) {
-        count += is_asked(leaves, leaves[i]) ? 1u : 0u;
-    }
+// Share of one lane, of so many, of the irradiance from all lights, from this many places.
+vec3 lamp_irradiance(uint place_count, uint lane, uint lanes) {
+    uint count = min(place_count, frame.sun_leaves);
     vec3 sum = vec3(0.0);
-    for (uint i = lane; i < frame.direct_lights * POINT_LEAVES; i += lanes) {
-        uint leaf = leaves[i % POINT_LEAVES];
-        if (is_asked(leaves, leaf)) {
-            PointPlace place = place_of_leaf_key(unpack_leaf(leaf));
-            vec3 normal = place.normal_ws;
-            PunctualLight light = punctual_lights[i / POINT_LEAVES];
-            sum += irradiance_from(light, place.position_ws, normal, normal, place.position_ws);
-        }
+    for (uint i = lane; i < frame.direct_lights * count; i += lanes) {
+        PointPlace place = lit_places[i % count];
+        PunctualLight light = punctual_lights[i / count];
+        sum += irradiance_from(light, place.position_ws, place.normal_ws, place.normal_ws, place.position_ws);
     }
     return sum / float(count);
 }

@@ -15,11 +15,12 @@ layout(set = 0, binding = 4, std430) readonly buffer Primaries { uint point_prim
 layout(set = 0, binding = 5, std430) writeonly buffer MicroTexels { uint micro_texels[]; };
 layout(set = 0, binding = 6, std430) buffer Seen { uint seen_bits[]; };
 layout(set = 0, binding = 7, std430) readonly buffer PrimaryLeaves { uvec4 primary_leaves[]; };
-layout(set = 0, binding = 8, std430) buffer SeenLeaves { uint seen_leaves[]; };
+layout(set = 0, binding = 8, std430) buffer SeenTexels { uint seen_texels[]; };
 layout(set = 0, binding = 11, std430) readonly buffer TriangleCells { uvec2 triangle_cells[]; };
 layout(set = 0, binding = 12, std430) readonly buffer LeafCells { uint leaf_cells[]; };
 #include "common/point_hits.glsl"
 #include "common/hit_key.glsl"
+#include "common/seen_places.glsl"
 
 // The key that one side of a leaf is kept as: of the largest node above it that subtends no more than a texel of this solid
 // angle, or is no larger than the receiver.
@@ -37,23 +38,22 @@ uint seen_key(uint key, vec3 position, float solid_angle, float receiver_radius)
     return key;
 }
 
-// Marks a side as seen, and keeps a few of the leaves in sight for it, those near its centre.
-void note_seen(uint key, uint leaf_key) {
+// Marks a side as seen, and keeps a few of the texels that see it, those that see it near its centre.
+void note_seen(uint key, vec3 position, uint texel) {
     atomicOr(seen_bits[key >> 5u], 1u << (key & 31u));
     PointNode node = point_node(key >> 1u);
-    float order = distance(point_node(leaf_key >> 1u).centroid_ws, node.centroid_ws) / max(node.radius, 1e-20);
-    atomicMin(seen_leaves[POINT_LEAVES * key + hash(leaf_key) % POINT_LEAVES], pack_leaf(order, leaf_key));
+    float order = distance(position, node.centroid_ws) / max(node.radius, 1e-20);
+    atomicMin(seen_texels[POINT_LEAVES * key + hash(texel) % POINT_LEAVES], pack_texel(order, texel));
 }
 
-// What is seen in a direction, as a texel.
-uint trace_texel(PointPlace place, vec3 direction, float solid_angle, float receiver_radius) {
+// What is seen in the direction of a texel, as it is kept.
+uint trace_texel(PointPlace place, vec3 direction, float solid_angle, float receiver_radius, uint texel) {
     Hit hit;
     if (!traverse(place.position_ws, direction, 3e38, false, hit)) {
         return 0u;
     }
-    uint leaf_key = hit_key(hit, direction);
-    uint key = seen_key(leaf_key, place.position_ws, solid_angle, receiver_radius);
-    note_seen(key, leaf_key);
+    uint key = seen_key(hit_key(hit, direction), place.position_ws, solid_angle, receiver_radius);
+    note_seen(key, place.position_ws + hit.t * direction, texel);
     return pack_micro_texel(1.0, key);
 }
 
@@ -69,7 +69,8 @@ void main() {
     for (uint i = gl_LocalInvocationID.x; i < PRIMARY_TEXELS; i += POINT_LANES) {
         MicroTexel texel = micro_table[i];
         bool used = is_used(texel);
-        micro_texels[PRIMARY_TEXELS * slot + i] =
-            used ? trace_texel(place, to_world * texel.direction, texel.solid_angle, receiver_radius) : 0u;
+        uint index = PRIMARY_TEXELS * slot + i;
+        vec3 direction = to_world * texel.direction;
+        micro_texels[index] = used ? trace_texel(place, direction, texel.solid_angle, receiver_radius, index) : 0u;
     }
 }

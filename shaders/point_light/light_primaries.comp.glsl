@@ -10,6 +10,7 @@
 #include "common/environment_means.glsl"
 #include "common/micro_buffer.glsl"
 #include "common/point_leaves.glsl"
+PointPlace place_of_word(uint leaf) { return place_of_leaf_key(unpack_leaf(leaf)); }
 #include "common/point_light.glsl"
 #include "common/point_sum.glsl"
 #include "shared/PointCounts.glsl"
@@ -42,9 +43,9 @@ void main() {
         return;
     }
     uint key = point_primaries[slot];
-    uvec4 leaves = primary_leaves[slot];
-    mat3 to_world = micro_frame(place_of_point(key, leaves).normal_ws, key);
-    vec3 irradiance = sky_irradiance(slot, to_world, lane) + lamp_irradiance(key, leaves, lane, POINT_LANES);
+    uint places = find_lit_places(primary_leaves[slot], key, lane);
+    mat3 to_world = micro_frame(lit_places[0].normal_ws, key);
+    vec3 irradiance = sky_irradiance(slot, to_world, lane) + lamp_irradiance(places, lane, POINT_LANES);
     irradiance = sum_over_lanes(lane, irradiance);
     if (lane == 0u) {
         set_irradiance(key, irradiance);

@@ -10,7 +10,6 @@
 #include "common/environment_means.glsl"
 #include "common/micro_buffer.glsl"
 #include "common/point_leaves.glsl"
-#include "common/point_light.glsl"
 #include "common/point_sum.glsl"
 #include "shared/PointCounts.glsl"
 
@@ -23,19 +22,46 @@ uint key_of_group() {
     uint index = part * KEYS_PER_PART + gl_WorkGroupID.x;
     return index < 2u * frame.point_leaf_count ? 2u * frame.point_leaf_count + index : 0u;
 }
-
-uvec4 leaves_of(uint key) { return uvec4(NO_LEAF); }
 #else
 layout(set = 0, binding = 3, std430) readonly buffer Counts { PointCounts point_counts; };
 layout(set = 0, binding = 4, std430) readonly buffer Needed { uint point_needed[]; };
 
-layout(set = 0, binding = 6, std430) readonly buffer SeenLeaves { uvec4 seen_leaves[]; };
-
-uvec4 leaves_of(uint key) { return seen_leaves[key]; }
 uint key_of_group() { return linear_group() < point_counts.needed_count ? point_needed[linear_group()] : 0u; }
 #endif
 layout(set = 0, binding = 5, std430) buffer Irradiance { float point_irradiance[]; };
 #include "common/point_irradiance.glsl"
+
+#if defined(MICRO_POINTS) || defined(ALL_LEAVES)
+// Lit at their representative leaves.
+uvec4 words_of(uint key) { return uvec4(NO_LEAF); }
+PointPlace place_of_word(uint word) { return PointPlace(vec3(0.0), vec3(0.0)); }
+#else
+layout(set = 0, binding = 6, std430) readonly buffer SeenTexels { uvec4 seen_texels[]; };
+layout(set = 0, binding = 7, std430) readonly buffer Primaries { uint point_primaries[]; };
+layout(set = 0, binding = 8, std430) readonly buffer PrimaryLeaves { uvec4 primary_leaves[]; };
+layout(set = 0, binding = 9, std430) readonly buffer PrimaryTable { MicroTexel primary_table[]; };
+#include "common/seen_places.glsl"
+
+// Where the ray of a primary point's texel hits, on the side that it hits.
+PointPlace place_of_word(uint word) {
+    uint texel = unpack_texel(word);
+    uint slot = texel / PRIMARY_TEXELS;
+    uint key = point_primaries[slot];
+    PointPlace place = place_of_point(key, primary_leaves[slot]);
+    vec3 direction = micro_frame(place.normal_ws, key) * primary_table[texel % PRIMARY_TEXELS].direction;
+    Hit hit;
+    if (!traverse(place.position_ws, direction, 3e38, false, hit)) {
+        return place;
+    }
+    BvhTriangle tri = bvh_triangle(hit.bvh_triangle);
+    vec3 normal = normalize(cross(tri.edge1, tri.edge2));
+    normal = dot(normal, direction) < 0.0 ? normal : -normal;
+    return place_above(place.position_ws + hit.t * direction, normal);
+}
+
+uvec4 words_of(uint key) { return seen_texels[key]; }
+#endif
+#include "common/point_light.glsl"
 
 #ifdef MICRO_POINTS
 layout(constant_id = 0) const uint BINARY_COVERAGE = 0u;
@@ -51,12 +77,14 @@ float openness(PointPlace place, uint texel, vec3 direction) {
 }
 #endif
 
-// Share of a lane of what comes from the environment.
-vec3 sky_irradiance(PointPlace place, mat3 to_world, uint lane) {
+// Share of a lane of what comes from the environment; its texels look from the places in turns.
+vec3 sky_irradiance(uint key, uint place_count, uint lane) {
     vec3 sum = vec3(0.0);
     for (uint i = lane; i < SECONDARY_TEXELS; i += POINT_LANES) {
         MicroTexel texel = micro_table[i];
-        vec3 direction = to_world * texel.direction;
+        // Two by two, so that each place looks everywhere.
+        PointPlace place = lit_places[((i & 1u) + 2u * (i / SECONDARY_EDGE & 1u)) % place_count];
+        vec3 direction = micro_frame(place.normal_ws, key) * texel.direction;
         vec3 radiance = environment_mean(direction, texel.environment_level);
         if (is_used(texel) && any(greaterThan(radiance, vec3(0.0)))) {
             sum += openness(place, i, direction) * texel.cosine_weight * radiance;
@@ -71,13 +99,11 @@ void main() {
     if (key == 0u) {
         return;
     }
-    uvec4 leaves = leaves_of(key);
-    PointPlace place = place_of_point(key, leaves);
-    mat3 to_world = micro_frame(place.normal_ws, key);
+    uint places = find_lit_places(words_of(key), key, lane);
 #ifdef MICRO_POINTS
-    fill_micro_buffer(MicroEye(place.position_ws, to_world), lane);
+    fill_micro_buffer(MicroEye(lit_places[0].position_ws, micro_frame(lit_places[0].normal_ws, key)), lane);
 #endif
-    vec3 irradiance = sky_irradiance(place, to_world, lane) + lamp_irradiance(key, leaves, lane, POINT_LANES);
+    vec3 irradiance = sky_irradiance(key, places, lane) + lamp_irradiance(places, lane, POINT_LANES);
     irradiance = sum_over_lanes(lane, irradiance);
     if (lane == 0u) {
         set_irradiance(key, irradiance);

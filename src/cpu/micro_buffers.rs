@@ -31,7 +31,7 @@ pub fn micro_frame(normal: Vec3, key: u32, seed: u32) -> Mat3 {
     Mat3::from_cols(c * t + s * b, c * b - s * t, normal)
 }
 
-/// The side of a leaf in a word of `primary_leaves` or `seen_leaves` (`common/point_leaves.glsl`).
+/// The side of a leaf in a word of `primary_leaves` or `seen_texels` (`common/point_leaves.glsl`).
 #[must_use]
 pub fn unpack_leaf(points: &PointCloud, word: u32) -> u32 {
     (word & 0x003f_ffff) + 2 * points.leaf_count()

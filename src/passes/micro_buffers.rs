@@ -126,8 +126,8 @@ pub struct MicroBuffers {
     pub texels: BufferHandle,
     /// One bit for each key: whether any of them sees it.
     pub seen_bits: BufferHandle,
-    /// For each key that is seen `POINT_LEAVES` words with leaves of it that are.
-    pub seen_leaves: BufferHandle,
+    /// For each key that rays have seen `POINT_LEAVES` words with texels that see it.
+    pub seen_texels: Option<BufferHandle>,
 }
 
 /// Adds the pass.
@@ -141,17 +141,19 @@ pub fn add(
     let bytes = 4 * u64::from(PRIMARY_TEXELS) * u64::from(primaries.cut.primaries.capacity);
     let texels = frame.graph.transient_buffer("micro_texels", bytes);
     let seen_bits = points.side_bits(frame, "seen_bits");
-    let bytes = 4 * u64::from(POINT_LEAVES) * 2 * u64::from(points.node_count());
-    let seen_leaves = frame.graph.transient_buffer("seen_leaves", bytes);
-    frame.clear(&[(seen_bits, 0), (seen_leaves, u32::MAX)]);
+    frame.clear(&[(seen_bits, 0)]);
+    let mut seen_texels = None;
     let pass = match shape.micro {
         MicroFill::Rays => {
+            let bytes = 4 * u64::from(POINT_LEAVES) * 2 * u64::from(points.node_count());
+            let texels = *seen_texels.insert(frame.graph.transient_buffer("seen_texels", bytes));
+            frame.clear(&[(texels, u32::MAX)]);
             let work = frame.ray_shader("micro_buffers/trace_texels", primaries.per_point());
             frame
                 .compute("micro_buffers/trace_texels", work)
                 .bind("triangle_cells", points.triangle_cells, Access::ComputeRead)
                 .bind("leaf_cells", points.leaf_cells, Access::ComputeRead)
-                .bind("seen_leaves", seen_leaves, Access::ComputeReadWrite)
+                .bind("seen_texels", texels, Access::ComputeReadWrite)
         }
         MicroFill::Points => {
             let work = shader("micro_buffers/splat_points", primaries.per_point());
@@ -166,7 +168,7 @@ pub fn add(
         .bind("micro_texels", texels, Access::ComputeWrite)
         .bind("seen_bits", seen_bits, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    MicroBuffers { texels, seen_bits, seen_leaves }
+    MicroBuffers { texels, seen_bits, seen_texels }
 }
 
 impl MicroBuffers {

@@ -3,7 +3,6 @@
 use super::Frame;
 use super::micro_buffers::{GatherTables, MicroBuffers, PlacedPoints};
 use super::pbgi_shape::PbgiShape;
-use super::point_cut::KeyCounts;
 use super::point_selection::PointSelection;
 use super::points::Points;
 use crate::gpu::ComputeWork;
@@ -35,10 +34,10 @@ pub fn light_primaries(
 pub struct Secondaries<'a> {
     /// Which.
     pub selection: &'a PointSelection,
-    /// How many.
-    pub counts: KeyCounts,
-    /// Leaves of them that are seen.
-    pub seen_leaves: BufferHandle,
+    /// What sees them.
+    pub primaries: &'a PlacedPoints,
+    /// The texels of these that do.
+    pub seen_texels: Option<BufferHandle>,
 }
 
 /// Adds the pass that lights the secondary points that need it.
@@ -57,12 +56,17 @@ pub fn light_secondaries(
     let list = secondaries.selection.needed_list;
     let shader = format!("point_light/light_secondaries{suffix}");
     let work = ComputeWork { constants, ..frame.ray_shader(&shader, list.dispatch(POINT_DISPATCH_GROUP_EACH)) };
-    let pass = frame
-        .compute("point_light/light_secondaries", work)
-        .uses(secondaries.counts.dispatches, Access::IndirectRead)
-        .bind("point_counts", secondaries.counts.counts, Access::ComputeRead)
+    let mut pass = frame.compute("point_light/light_secondaries", work);
+    if let Some(texels) = secondaries.seen_texels {
+        pass = pass
+            .bind("seen_texels", texels, Access::ComputeRead)
+            .bind("point_primaries", secondaries.primaries.cut.primaries.keys, Access::ComputeRead)
+            .bind("primary_leaves", secondaries.primaries.leaves, Access::ComputeRead)
+            .bind("primary_table", tables.primary, Access::ComputeRead);
+    }
+    let pass = pass
+        .with(|pass| secondaries.primaries.counted_by(pass))
         .bind("point_needed", list.keys, Access::ComputeRead)
-        .bind("seen_leaves", secondaries.seen_leaves, Access::ComputeRead)
         .with(|pass| tables.secondary_read_by(pass))
         .bind("point_nodes", points.nodes, Access::ComputeSampled)
         .bind("point_irradiance", irradiance, Access::ComputeReadWrite);

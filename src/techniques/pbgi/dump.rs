@@ -91,10 +91,10 @@ pub(super) const POINTS: &[Entry] = &[
         "For each primary point up to four of its leaves that the eye sees, counted by sides from the first; 4294967295 for none.",
     ),
     buffer(
-        "seen_leaves",
-        "order << 22 | side of a leaf",
-        seen_leaves,
-        "For each key that is seen up to four of its leaves that are, likewise.",
+        "seen_texels",
+        "order << 25 | texel",
+        seen_texels,
+        "For each key that rays have seen up to four texels of primary points whose rays hit it, counted over all micro-buffers; 4294967295 for none.",
     ),
     buffer("point_irradiance", "irradiance", point_irradiance, "Light of each key that has any, RGB."),
 ];
@@ -119,7 +119,7 @@ fn primary_leaves(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::U32, &[primaries(known), POINT_LEAVES.into()], bytes)
 }
 
-fn seen_leaves(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+fn seen_texels(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     let leaves = u64::from(POINT_LEAVES);
     Array::plain(Scalar::U32, &[bytes.len() as u64 / (4 * leaves), leaves], bytes)
 }

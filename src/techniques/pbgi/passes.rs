@@ -22,7 +22,8 @@ pub(super) fn add(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer) -> Ad
     let most_needed = 2 * points.node_count();
     let selection = point_selection::add(frame, &points, &cut, seen, most_needed, shape.selection);
     point_light::light_primaries(frame, &points, &primaries, &micro_buffers, &tables, irradiance);
-    let secondaries = Secondaries { selection: &selection, counts: cut.counts, seen_leaves: micro_buffers.seen_leaves };
+    let secondaries =
+        Secondaries { selection: &selection, primaries: &primaries, seen_texels: micro_buffers.seen_texels };
     point_light::light_secondaries(frame, shape, &points, &secondaries, &tables, irradiance);
     point_propagation::add(frame, &points, &cut, &selection, seen, irradiance);
     let caches = radiance_cache::add(frame, shape, &points, &primaries, &micro_buffers, &tables, irradiance);

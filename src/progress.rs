@@ -23,6 +23,13 @@ impl Progress {
         Self { shown: false }
     }
 
+    /// Says something that is known before the work begins, to whoever watches.
+    pub fn note(&self, line: &str) {
+        if self.shown {
+            eprintln!("{line}");
+        }
+    }
+
     /// Starts a named step of `total` parts.
     #[must_use]
     pub fn bar(&self, name: &str, total: u64) -> Bar {

@@ -96,7 +96,7 @@ impl Place {
 #[test]
 fn equal_pictures_pass_every_limit() {
     let place = Place::new();
-    let table = place.passes("a.exr a.exr --max-flip 0 --max-relmse 0 --energy-within 0 --json o.json");
+    let table = place.passes("a.exr a.exr --max-flip 0 --max-relmse 0 --energy-within 0 --json o.json -v");
     for part in ["| relMSE ", "| FLIP ", "| SSIM ", "no difference", "| exposure "] {
         assert!(table.contains(part), "no `{part}` in {table}");
     }
@@ -115,7 +115,8 @@ fn more_energy_is_found() {
     place.passes("a.exr b.exr --energy-within 2.1 --max-flip 0.05 --max-relmse 0.001");
     let run =
         place.fails("a.exr b.exr --energy-within 1.9 --max-relmse 0.1", 3, &["b.exr", "a.exr", "energy ratio 1.02"]);
-    assert!(run.stdout.contains("1 within 1.9 %") && !run.stderr.contains("relMSE"), "{}", run.stderr);
+    assert!(run.stdout.contains("1 within 1.9 %: EXCEEDED") && run.stdout.contains("| 0.1: holds"), "{}", run.stdout);
+    assert!(!run.stderr.contains("relMSE"), "{}", run.stderr);
     let words = ["FLIP", "relMSE", "energy ratio", "limit 0.0001"];
     place.fails("a.exr b.exr --energy-within 1 --max-relmse 0.0001 --max-flip 0.0001 --json o.json", 3, &words);
     assert_eq!(place.json("o.json")["exceeded"].as_array().unwrap().len(), 3);
@@ -221,6 +222,9 @@ fn slower_timings_are_found() {
     place.passes("b.json a.json --max-regression 0");
     let words = ["light_volumes is 20 % slower", "frame (GPU clock) is 19 % slower", "limit 10 %"];
     let run = place.fails("a.json b.json --max-regression 10 --json o.json", 3, &words);
+    let marked: Vec<&str> = run.stdout.lines().filter(|row| row.contains("EXCEEDED")).collect();
+    assert!(run.stdout.starts_with("the frame is 19.0 % slower\n") && marked.len() == 2, "{}", run.stdout);
+    assert!(marked[0].starts_with("| light_volumes ") && marked[1].starts_with("| frame (GPU"), "{}", run.stdout);
     assert!(!run.stderr.contains("bounds"), "{}", run.stderr);
     let found = place.json("o.json");
     assert_eq!(found["exceeded"].as_array().unwrap().len(), 2);
@@ -236,7 +240,7 @@ fn timings_that_are_not_comparable_and_files_that_are_none() {
         file["device"]["name"] = json!("another");
         file["passes"][0]["name"] = json!("descent");
     });
-    let table = place.passes("a.json b.json");
+    let table = place.passes("a.json b.json -v");
     for part in ["device not the same: name `llvmpipe` against `another`", "only in test", "only in reference"] {
         assert!(table.contains(part), "no `{part}` in {table}");
     }

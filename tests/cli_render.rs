@@ -102,6 +102,35 @@ fn json_timings_say_everything() {
     counts_are_plausible(&json);
 }
 
+#[test]
+fn timings_of_both_formats_are_of_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| text(&folder.path().join(name));
+    let options = format!("--technique direct --timings {} --timings {}", file("a.json"), file("a.csv"));
+    let run = render(folder.path(), "a.exr", &options);
+    assert_eq!(names(folder.path()), ["a.csv", "a.exr", "a.json"]);
+    assert_eq!(run.stdout.lines().filter(|line| line.starts_with("written: ")).count(), 3, "{}", run.stdout);
+    let rows = std::fs::read_to_string(file("a.csv")).unwrap();
+    let json = json_file(&folder.path().join("a.json"));
+    let ms = json["frame_gpu_ms"]["median"].as_f64().unwrap();
+    let sum: f64 = rows.lines().skip(1).map(|row| row.rsplit(',').next().unwrap().parse::<f64>().unwrap()).sum();
+    assert!((sum - ms).abs() <= 1e-3 * ms, "{sum} in the rows, {ms} in the statistics");
+    assert_eq!(json["settings"]["timings"], json!([file("a.json"), file("a.csv")]));
+}
+
+#[test]
+fn every_view_is_a_file_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = render(folder.path(), "a.exr", "--technique direct --environment 1,1,1 --view all");
+    let views = ["albedo", "depth", "direct", "environment-visibility", "final", "normal"];
+    assert_eq!(names(folder.path()), views.map(|view| format!("a-{view}.exr")));
+    assert_eq!(run.stdout.lines().filter(|line| line.starts_with("written: ")).count(), views.len(), "{}", run.stdout);
+    let whole = sound_picture(&folder.path().join("a-final.exr"));
+    render(folder.path(), "one.exr", "--technique direct --environment 1,1,1");
+    assert_eq!(whole, sound_picture(&folder.path().join("one.exr")));
+    assert_ne!(whole, sound_picture(&folder.path().join("a-albedo.exr")));
+}
+
 fn statistics(ms: &Value) {
     let part = |key: &str| ms[key].as_f64().unwrap_or_else(|| panic!("no {key} in {ms}"));
     let ordered = [part("min"), part("median"), part("p95"), part("max")];

@@ -61,6 +61,27 @@ fn paths_that_hardly_ever_hit_are_told() {
     assert_eq!(render(folder.path(), &near, "--vpls 1000").stderr, "");
 }
 
+#[test]
+fn what_is_not_rendered_is_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = under_a_lamp(folder.path(), 1.0, 0.5, &[json!({})]);
+    assert_eq!(render(folder.path(), &scene, "--technique direct").stderr, "");
+    let glb = quad_glb(|document, _| {
+        document["materials"][0]["emissiveFactor"] = json!([0, 1, 0]);
+        document["materials"][0]["alphaMode"] = json!("BLEND");
+        document["animations"] = json!([{"channels": [], "samplers": []}]);
+        let lens = json!({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 9, "znear": 1}});
+        document["cameras"] = json!([lens, lens]);
+        document["nodes"] = json!([{"mesh": 0, "camera": 0}, {"camera": 1}]);
+        document["scenes"][0]["nodes"] = json!([0, 1]);
+    });
+    std::fs::write(&scene, glb).unwrap();
+    let said = render(folder.path(), &scene, "--technique direct --environment 1,1,1").stderr;
+    let sentence = "cameras without perspective, blended transparency (cut out at alpha 0.5), emission, animation\n";
+    assert!(said.starts_with("warn: not rendered of ") && said.ends_with(sentence), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
 /// A deep white pot under a lamp, into which few paths fall; each that does leaves many lights. Where few of the paths that
 /// are tried first do so, there is too little room.
 #[test]

@@ -177,7 +177,7 @@ fn it_has_the_views_that_it_says() {
     check_with(&Ambient, &settings(View::Normal)).unwrap();
     check_with(&Ambient, &settings(View::Indirect)).unwrap();
     let error = check_with(&Ambient, &settings(View::LightsTested)).unwrap_err();
-    assert_eq!(error.to_string(), "technique ambient has no view lights-tested: choose technique lgh");
+    assert_eq!(error.to_string(), "--technique ambient has no --view lights-tested: choose --technique lgh");
 }
 
 #[test]

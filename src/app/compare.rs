@@ -45,7 +45,7 @@ struct Timings<'a> {
     max_regression_percent: Option<f64>,
 }
 
-/// Compares two files, prints a table unless `--quiet`, writes what is asked for, and only then holds to the limits.
+/// Compares two files, says what changed unless `--quiet`, writes what is asked for, and only then holds to the limits.
 ///
 /// # Errors
 /// [`Error::Threshold`] when a limit is exceeded; else whatever stands in the way.
@@ -90,7 +90,7 @@ fn compare_pictures(
         file.commit(&bytes.into_inner())?;
     }
     if !args.quiet {
-        super::say(&table::image_table(&found.metrics, &limits));
+        super::say(&table::image_table(&found.metrics, &limits, args.verbose));
     }
     hold(args, &exceeded)
 }
@@ -103,7 +103,7 @@ fn compare_timings(args: &CompareArgs, json: Option<OutputFile>) -> Result<()> {
         commit_json(file, args, timings, &exceeded)?;
     }
     if !args.quiet {
-        super::say(&table::timing_table(&found));
+        super::say(&table::timing_table(&found, args.max_regression, args.verbose));
     }
     hold(args, &exceeded)
 }

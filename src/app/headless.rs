@@ -1,9 +1,11 @@
 //! Rendering without a window.
 
+use std::path::Path;
+
 use super::counts;
 use super::frames::{Frames, run_frames};
 use super::outputs::Outputs;
-use super::setup::{find_camera, load_scene, open_gpu, scene_info, upload};
+use super::setup::{cpu_note, find_camera, load_scene, open_gpu, scene_info, upload};
 use crate::cli::Verbosity;
 use crate::files::FileKind;
 use crate::gpu::FrameCapture;
@@ -32,6 +34,9 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
     interrupt::listen()?;
     let capture = FrameCapture::load(settings.output.renderdoc_frame)?;
     let gpu = FrameCapture::opened(capture.as_ref(), open_gpu(settings))?;
+    if let Some(note) = cpu_note(&gpu, settings) {
+        progress.note(&format!("{} is {note}", gpu.report().name));
+    }
     let scene = load_scene(settings, &progress)?;
     let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &progress)?;
@@ -57,32 +62,36 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
     let exposure = renderer.read_exposure()?;
     let printed = match verbosity {
         Verbosity { quiet: true, .. } => None,
-        Verbosity { verbose: 0, .. } => Some(answer(&job, &scene, &renderer, &times, exposure)?),
+        Verbosity { verbose: 0, .. } => {
+            let files: Vec<_> = settings.output.files().map(|(_, path)| path).collect();
+            Some(answer(&job, &scene, &renderer, (&times, exposure), &files)?)
+        }
         _ => Some(table(&times, &rays, exposure)),
     };
     let picture = match outputs.picture {
         None => None,
         Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
     };
-    let timings = match outputs.timings {
-        None => None,
-        Some(file) if file.kind() == FileKind::Csv => Some((file, to_csv(&frames)?)),
-        Some(file) => {
-            let counts = counts::count(&job, &renderer)?;
-            let mut report = report(&job, &scene, &renderer, times, counts);
-            report.rays = rays;
-            report.exposure = exposure;
-            report.frames = frames.len() as u32;
-            report.interrupted.clone_from(&interrupted);
-            Some((file, report.to_json()?))
-        }
+    let json = || -> Result<Vec<u8>> {
+        let counts = counts::count(&job, &renderer)?;
+        let mut report = report(&job, &scene, &renderer, times.clone(), counts);
+        report.rays = rays;
+        report.exposure = exposure;
+        report.frames = frames.len() as u32;
+        report.interrupted.clone_from(&interrupted);
+        report.to_json()
     };
+    let mut timings = Vec::new();
+    for file in outputs.timings {
+        let bytes = if file.kind() == FileKind::Csv { to_csv(&frames)? } else { json()? };
+        timings.push((file, bytes));
+    }
     // Nothing is written before everything has gone well.
     gpu.check_validation()?;
     if let Some((file, picture)) = picture {
         file.commit_picture(&picture)?;
     }
-    if let Some((file, bytes)) = timings {
+    for (file, bytes) in timings {
         file.commit(&bytes)?;
     }
     dump.map_or(Ok(()), DumpFolder::commit)?;
@@ -93,27 +102,28 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
 }
 
 /// What the run says at its end.
-fn answer(
+pub(super) fn answer(
     job: &Job<'_>,
     scene: &Scene,
     renderer: &Renderer,
-    times: &RunTimes,
-    exposure: Option<f32>,
+    (times, exposure): (&RunTimes, Option<f32>),
+    files: &[&Path],
 ) -> Result<String> {
     let answer = Answer {
         scene: &scene_info(job.settings, scene, job.camera),
         device: &Device::of(job.gpu.report()),
+        device_note: cpu_note(job.gpu, job.settings),
         settings: job.settings,
         times,
         counts: &renderer.shapes().technique.counts(&renderer.read_counters()?),
         exposure,
-        files: &job.settings.output.files().map(|(_, path)| path).collect::<Vec<_>>(),
+        files,
     };
     Ok(answer.text())
 }
 
 /// What a picture says of itself.
-fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> String {
+pub(super) fn note(settings: &Settings, frame_count: usize, interrupted: Option<&str>) -> String {
     let made_by = Program::this().note(settings);
     let mean = if settings.render.accumulate > 1 { format!(", mean of {frame_count} frames") } else { String::new() };
     let end = interrupted.map_or_else(String::new, |sentence| format!(", {sentence}"));

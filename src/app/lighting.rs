@@ -62,7 +62,7 @@ pub(super) fn has_sky_for_lack_of_light(scene: &Scene, settings: &EnvironmentSet
 /// Says what a scene without lights is lit by.
 fn warn(scene: &Scene, settings: &EnvironmentSettings, source: &EnvironmentSource) {
     if has_sky_for_lack_of_light(scene, settings) {
-        log::warn!("the scene has no light: it stands under a clear sky; --environment none gives it a sun alone");
+        log::warn!("the scene has no light: a clear sky lights it; --environment none gives it a sun alone");
     } else if *source == EnvironmentSource::None && scene.lit_by != LitBy::Lights {
         log::info!("the scene has no light: a default sun shines");
     }

@@ -4,6 +4,7 @@ pub mod compare;
 pub mod counts;
 pub mod diff_dumps;
 pub mod error_report;
+pub mod every_view;
 mod frames;
 pub mod headless;
 mod lighting;
@@ -61,6 +62,10 @@ fn execute(command: Command) -> Result<()> {
             start_log(verbosity);
             list_gpus::list()
         }
+        Command::RenderViews { each, verbosity } => {
+            start_log(verbosity);
+            every_view::render(&each, verbosity)
+        }
         Command::Render { settings, print_graph: true, verbosity } => {
             start_log(verbosity);
             headless::print_graph(&settings)
@@ -74,6 +79,8 @@ fn execute(command: Command) -> Result<()> {
 
 #[cfg(feature = "window")]
 fn open_window(settings: Settings, script: Option<&Path>) -> Result<()> {
+    // What cannot be a scene is told whether or not there is a display.
+    settings.scene.file.as_deref().map_or(Ok(()), crate::scene::gltf::check_file)?;
     window::run(settings, script)
 }
 

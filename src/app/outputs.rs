@@ -1,7 +1,5 @@
 //! The files that a run will leave.
 
-use std::path::PathBuf;
-
 use crate::Result;
 use crate::files::OutputFile;
 use crate::settings::Settings;
@@ -12,7 +10,7 @@ pub(super) struct Outputs {
     /// The picture.
     pub picture: Option<OutputFile>,
     /// The timings.
-    pub timings: Option<OutputFile>,
+    pub timings: Vec<OutputFile>,
 }
 
 impl Outputs {
@@ -21,8 +19,9 @@ impl Outputs {
     /// # Errors
     /// Those of [`OutputFile::create`].
     pub(super) fn prepare(settings: &Settings) -> Result<Self> {
-        let create = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::create).transpose();
-        Ok(Self { picture: create(&settings.output.picture)?, timings: create(&settings.output.timings)? })
+        let picture = settings.output.picture.as_deref().map(OutputFile::create).transpose()?;
+        let timings = settings.output.timings.iter().map(|path| OutputFile::create(path)).collect::<Result<_>>()?;
+        Ok(Self { picture, timings })
     }
 }
 
@@ -35,11 +34,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let settings = Settings::default().changed(|s| {
             s.output.picture = Some(folder.path().join("a.exr"));
-            s.output.timings = Some(folder.path().join("no/a.csv"));
+            s.output.timings = vec![folder.path().join("no/a.csv")];
         });
         assert_eq!(Outputs::prepare(&settings).unwrap_err().exit_code(), 1);
-        let outputs = Outputs::prepare(&settings.changed(|s| s.output.timings = None)).unwrap();
-        assert!(outputs.picture.is_some() && outputs.timings.is_none());
+        let outputs = Outputs::prepare(&settings.changed(|s| s.output.timings.clear())).unwrap();
+        assert!(outputs.picture.is_some() && outputs.timings.is_empty());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -23,6 +23,15 @@ pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
     Gpu::new(&gpu_options(settings))
 }
 
+/// What has to be said of a driver that renders on the CPU; nobody may take its times for those of a GPU.
+pub(super) fn cpu_note(gpu: &Gpu, settings: &Settings) -> Option<&'static str> {
+    let note = match settings.device.gpu {
+        Some(_) => "a CPU driver",
+        None => "a CPU driver, for there is no GPU that fits (--list-gpus)",
+    };
+    gpu.report().is_cpu().then_some(note)
+}
+
 /// How the settings want the device opened.
 pub(super) fn gpu_options(settings: &Settings) -> GpuOptions {
     let folders = || ProjectDirs::from("", "", env!("CARGO_PKG_NAME"));

@@ -25,6 +25,30 @@ pub(super) enum Subcommand {
     /// Render in stages, and split the error of the method by cause
     #[command(after_help = super::error_report::HELP)]
     ErrorReport(Box<ErrorReportArgs>),
+    /// Print the completions of a shell: gridlight completions bash > /etc/bash_completion.d/gridlight
+    Completions(CompletionsArgs),
+    /// Print a manual page: gridlight man > gridlight.1
+    Man(ManArgs),
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Completions")]
+pub(super) struct CompletionsArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
+    /// Print this help
+    #[arg(short, long, action = ArgAction::Help)]
+    pub help: Option<bool>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Man")]
+pub(super) struct ManArgs {
+    /// The command that it is of [default: rendering]
+    pub command: Option<String>,
+    /// Print this help
+    #[arg(short, long, action = ArgAction::Help)]
+    pub help: Option<bool>,
 }
 
 /// The files to compare, and what to do with what is found.
@@ -38,7 +62,10 @@ pub struct CompareArgs {
     /// Write everything found as JSON
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
-    /// Print no table
+    /// Print all measures, and all passes
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
     /// Print this help
@@ -209,6 +236,6 @@ impl DiffDumpsArgs {
         if self.tolerance.is_finite() && self.tolerance >= 0.0 {
             return Ok(());
         }
-        Err(Error::Usage(format!("tolerance must be a finite number, 0 or above, not {}", self.tolerance)))
+        Err(Error::Usage(format!("--tolerance must be a finite number, 0 or above, not {}", self.tolerance)))
     }
 }

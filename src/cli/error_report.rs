@@ -121,7 +121,7 @@ impl ReportArgs {
         let counts = [("reference-samples", options.reference_samples), ("frames-per-stage", options.frames_per_stage)];
         match counts.into_iter().find(|(_, count)| *count == 0) {
             None => Ok(options),
-            Some((option, _)) => Err(Error::Usage(format!("{option} must be at least 1, not 0"))),
+            Some((option, _)) => Err(Error::Usage(format!("--{option} must be at least 1, not 0"))),
         }
     }
 }
@@ -152,14 +152,14 @@ fn check_that_settings_apply(settings: &Settings, defaults: &Settings) -> Result
 /// What every stage needs beyond valid settings.
 fn check_stages(settings: &Settings) -> Result<()> {
     if settings.many_lights.lights != LightSet::Vpl {
-        let sentence = "error-report looks at indirect light, which virtual point lights carry: leave lights at vpl";
+        let sentence = "error-report looks at indirect light, which virtual point lights carry: leave --lights at vpl";
         return Err(Error::Usage(sentence.to_owned()));
     }
     settings.require_shadow_samples("error-report")?;
     let size = settings.picture.size;
     if size.width < LEAST_SIDE_PX || size.height < LEAST_SIDE_PX {
         return Err(Error::Usage(format!(
-            "size {size} is too small for error-report: each side needs at least {LEAST_SIDE_PX} pixels"
+            "--size {size} is too small for error-report: each side needs at least {LEAST_SIDE_PX} pixels"
         )));
     }
     Ok(())
@@ -278,13 +278,13 @@ mod tests {
     #[test]
     fn mistakes_get_one_sentence() {
         let cases = [
-            ("--reference-samples 0", "reference-samples must be at least 1, not 0"),
-            ("--frames-per-stage 0", "frames-per-stage must be at least 1, not 0"),
-            ("--vpls 0", "vpls must be at least 1, not 0"),
-            ("--lights both", "leave lights at vpl"),
-            ("--shadow-samples 0", "error-report needs shadow samples, and shadow-samples 0 leaves none"),
-            ("--shadows off", "error-report needs shadow samples, and shadows off leaves none"),
-            ("--size 9x3", "size 9x3 is too small for error-report: each side needs at least 4 pixels"),
+            ("--reference-samples 0", "--reference-samples must be at least 1, not 0"),
+            ("--frames-per-stage 0", "--frames-per-stage must be at least 1, not 0"),
+            ("--vpls 0", "--vpls must be at least 1, not 0"),
+            ("--lights both", "leave --lights at vpl"),
+            ("--shadow-samples 0", "error-report needs shadow samples, and --shadow-samples 0 leaves none"),
+            ("--shadows off", "error-report needs shadow samples, and --shadows off leaves none"),
+            ("--size 9x3", "--size 9x3 is too small for error-report: each side needs at least 4 pixels"),
             ("a.gltf b.gltf", "unexpected argument 'b.gltf' found"),
         ];
         for (line, part) in cases {

@@ -1,14 +1,17 @@
 //! The command line: what it accepts, and how it overrides a settings file.
 
 mod commands;
+mod complaints;
 mod error_report;
+mod every_view;
 mod help;
 mod options;
+mod pages;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::settings::{
@@ -43,6 +46,13 @@ pub enum Command {
         settings: Box<Settings>,
         /// Print the frame graph of these settings instead of rendering.
         print_graph: bool,
+        /// How much to say.
+        verbosity: Verbosity,
+    },
+    /// Render one frame with each of these (valid) settings, which differ in their view and its file.
+    RenderViews {
+        /// The settings of each view.
+        each: Vec<Settings>,
         /// How much to say.
         verbosity: Verbosity,
     },
@@ -133,18 +143,22 @@ where
     I: IntoIterator,
     I::Item: Into<OsString> + Clone,
 {
+    let (args, every_view) = every_view::take(args.into_iter().map(Into::into).collect());
     let command = error_report::state_defaults(Args::command());
-    match command.try_get_matches_from(args).and_then(|matches| Args::from_arg_matches(&matches)) {
-        Ok(args) => args.into_command(),
+    match command.try_get_matches_from(&args).and_then(|matches| Args::from_arg_matches(&matches)) {
+        Ok(parsed) => parsed.into_command(every_view),
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
             Ok(Command::Show(error.to_string()))
         }
-        Err(error) => Err(Error::Usage(sentence(&error))),
+        Err(error) => Err(Error::Usage(complaints::sentence_about(&error, &args))),
     }
 }
 
 impl Args {
-    fn into_command(self) -> Result<Command> {
+    fn into_command(self, every_view: bool) -> Result<Command> {
+        if every_view && self.subcommand.is_some() {
+            return Err(Error::Usage("--view all is for rendering: a command has no views".to_owned()));
+        }
         match self.subcommand {
             Some(Subcommand::Compare(compare)) => {
                 compare.check()?;
@@ -155,6 +169,8 @@ impl Args {
                 return Ok(Command::DiffDumps(dumps));
             }
             Some(Subcommand::ErrorReport(args)) => return args.into_command(),
+            Some(Subcommand::Completions(args)) => return Ok(Command::Show(pages::completions(&args))),
+            Some(Subcommand::Man(args)) => return pages::man(&args).map(Command::Show),
             None => {}
         }
         let verbosity = self.diagnostics.verbosity();
@@ -164,6 +180,9 @@ impl Args {
         let print_graph = self.graph.print_graph;
         let script = self.script.script.clone();
         let mut settings = Box::new(self.into_settings()?);
+        if every_view {
+            return Ok(Command::RenderViews { each: every_view::settings_of_each(&settings)?, verbosity });
+        }
         // Only runs that end by themselves leave files.
         settings.run.headless |= settings.output.files().next().is_some();
         if script.is_some() {
@@ -192,8 +211,9 @@ impl Args {
         self.device.apply(&mut settings.device)?;
         self.window.apply(&mut settings.window)?;
         self.output.apply(&mut settings.output)?;
-        if file.is_some() && file == settings.output.timings {
-            return Err(Error::Usage("timings would overwrite the settings file: give another name".to_owned()));
+        settings.output.keep_last_timings();
+        if settings.output.timings.iter().any(|timings| Some(timings) == file.as_ref()) {
+            return Err(Error::Usage("--timings would overwrite the settings file: give another name".to_owned()));
         }
         settings.validate()?;
         techniques::check(&settings)?;
@@ -211,21 +231,6 @@ fn check_that_a_script_has_a_window(settings: &Settings, print_graph: bool) -> R
         return Err(Error::Usage("--script is for the window: leave out --headless and --print-graph".to_owned()));
     }
     Ok(())
-}
-
-/// clap's message as one sentence: without the usage line and the pointer to `--help`.
-fn sentence(error: &clap::Error) -> String {
-    // clap takes whatever follows a scene for a command.
-    if let (ErrorKind::ArgumentConflict, Some(ContextValue::String(extra))) =
-        (error.kind(), error.get(ContextKind::InvalidSubcommand))
-    {
-        return format!("unexpected argument '{extra}' found; there is one scene, and a command comes before all else");
-    }
-    let text = error.to_string();
-    let text = text.split("Usage:").next().unwrap_or(&text);
-    let text = text.split("For more information").next().unwrap_or(text);
-    let words: Vec<_> = text.trim_start_matches("error:").split_whitespace().collect();
-    words.join(" ").replace(" tip: ", "; ")
 }
 
 #[cfg(test)]

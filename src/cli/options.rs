@@ -49,7 +49,7 @@ impl<G: clap::Args> Overrides<G> {
     /// Puts what was given in the place of what the group has.
     pub fn apply(mut self, group: &mut G) -> crate::Result<()> {
         let updated = group.update_from_arg_matches_mut(&mut self.given);
-        updated.map_err(|error| crate::Error::Usage(super::sentence(&error)))
+        updated.map_err(|error| crate::Error::Usage(super::complaints::sentence(&error)))
     }
 }
 
@@ -72,7 +72,7 @@ pub(super) struct ListArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Window")]
 pub(super) struct ScriptArgs {
-    /// Do what the file says, frame by frame (docs/window.md)
+    /// Run a script of actions at given frames (docs/window.md)
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
 }
@@ -91,10 +91,10 @@ pub(super) struct GraphArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Diagnostics")]
 pub(super) struct DiagnosticsArgs {
-    /// Say more on stderr; repeat for still more
+    /// Print a table of all passes, and more on stderr; repeat for more
     #[arg(short, long, action = ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
-    /// Print no table and no progress, errors only
+    /// Print errors only: no summary, no progress
     #[arg(long)]
     pub quiet: bool,
     /// Print this help

@@ -40,6 +40,24 @@ fn shown(args: &[&str]) -> String {
 }
 
 #[test]
+fn timings_of_each_format_are_kept_and_the_last_of_one() {
+    let found = settings(&["--headless", "--timings", "a.json", "--timings", "b.csv", "--timings", "c.JSON"]);
+    assert_eq!(found.output.timings, ["b.csv", "c.JSON"].map(std::path::PathBuf::from));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.toml");
+    std::fs::write(&file, "timings = [\"a.json\", \"b.csv\"]\n").unwrap();
+    let file = file.to_str().unwrap();
+    assert_eq!(settings(&["--settings", file]).output.timings.len(), 2);
+    let over = settings(&["--settings", file, "--timings", "c.csv"]);
+    assert_eq!(over.output.timings, [std::path::PathBuf::from("c.csv")]);
+}
+
+#[test]
+fn a_camera_may_begin_with_a_dash() {
+    assert_eq!(settings(&["--headless", "--camera", "-9,1,0,90,0,60"]).scene.camera.unwrap(), "-9,1,0,90,0,60");
+}
+
+#[test]
 fn clap_finds_no_fault() {
     use clap::CommandFactory;
     Args::command().debug_assert();
@@ -106,7 +124,7 @@ fn every_option_arrives() {
         s.picture.tone_map = ToneMap::Agx;
         s.render.view = View::LightCount;
         s.output.picture = Some("a.exr".into());
-        s.output.timings = Some("a.json".into());
+        s.output.timings = vec!["a.json".into()];
         s.output.dump = Some("d".into());
         s.output.renderdoc_frame = Some(0);
         s.device.gpu = Some("llvmpipe".into());
@@ -164,9 +182,9 @@ fn settings_files_are_checked_too() {
     let path = folder.path().join("s.json");
     std::fs::write(&path, "{\"vpls\": 0}").unwrap();
     let path = path.to_str().unwrap();
-    assert_eq!(complaint(&["--headless", "--settings", path]), "vpls must be at least 1, not 0");
+    assert_eq!(complaint(&["--headless", "--settings", path]), "--vpls must be at least 1, not 0");
     let sentence = complaint(&["--headless", "--vpls", "9", "--settings", path, "--timings", path]);
-    assert_eq!(sentence, "timings would overwrite the settings file: give another name");
+    assert_eq!(sentence, "--timings would overwrite the settings file: give another name");
     let error = command(&["--headless", "--settings", "/no/such.toml"]).unwrap_err();
     assert_eq!(error.exit_code(), 1);
 }
@@ -213,8 +231,8 @@ fn mistakes_get_one_sentence() {
         (&["a.gltf", "b.gltf"], "unexpected argument 'b.gltf' found"),
         (&["--sun", "90"], "`90` is not AZIMUTH,HEIGHT in degrees"),
         (&["--sun", "-10,95"], "sun -10,95 needs a finite azimuth and a height from -90 to 90"),
-        (&["--alpha", "-1"], "alpha must be a finite number above 0, not -1"),
-        (&["--headless", "--output", "a.bmp"], "output a.bmp must end in .exr or .png"),
+        (&["--alpha", "-1"], "--alpha must be a finite number above 0, not -1"),
+        (&["--headless", "--output", "a.bmp"], "--output a.bmp must end in .exr or .png"),
     ];
     for (args, part) in cases {
         let sentence = complaint(args);
@@ -343,7 +361,7 @@ fn dumps_are_compared() {
     let loose = DiffDumpsArgs { tolerance: 1e-4, ignore_settings: true, ..plain };
     assert_eq!(diff(&["a", "b", "--tolerance", "1e-4", "--ignore-settings"]), loose);
     for bad in ["-1", "nan", "inf"] {
-        assert!(complaint(&["diff-dumps", "a", "b", "--tolerance", bad]).starts_with("tolerance must be a finite"));
+        assert!(complaint(&["diff-dumps", "a", "b", "--tolerance", bad]).starts_with("--tolerance must be a finite"));
     }
     assert!(complaint(&["diff-dumps", "a"]).contains("<B>"));
 }

@@ -31,15 +31,26 @@ impl ImageLimits {
         if self.any() {
             clauses.extend(not_finite(metrics.nonfinite_test_pixels));
         }
-        clauses.extend(over("FLIP", Some(metrics.flip), self.max_flip));
-        clauses.extend(over("relMSE", metrics.relmse, self.max_relmse));
-        clauses.extend(self.energy(metrics.energy_ratio));
+        clauses.extend(self.flip(metrics));
+        clauses.extend(self.relmse(metrics));
+        clauses.extend(self.energy(metrics));
         clauses
     }
 
-    fn energy(&self, ratio: Option<f64>) -> Option<String> {
+    /// The clause about the limit on FLIP, where it is exceeded.
+    pub(super) fn flip(&self, metrics: &ImageMetrics) -> Option<String> {
+        over("FLIP", Some(metrics.flip), self.max_flip)
+    }
+
+    /// The clause about the limit on relMSE, where it is exceeded.
+    pub(super) fn relmse(&self, metrics: &ImageMetrics) -> Option<String> {
+        over("relMSE", metrics.relmse, self.max_relmse)
+    }
+
+    /// The clause about the limit on the energy ratio, where it is exceeded.
+    pub(super) fn energy(&self, metrics: &ImageMetrics) -> Option<String> {
         let limit = self.energy_within_percent?;
-        let Some(ratio) = ratio else { return Some(undefined("the energy ratio", limit)) };
+        let Some(ratio) = metrics.energy_ratio else { return Some(undefined("the energy ratio", limit)) };
         let off = 100.0 * (ratio - 1.0).abs();
         let clause =
             || format!("the energy ratio {} is {} % from 1, over the limit {limit} %", number(ratio), number(off));

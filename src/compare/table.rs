@@ -24,37 +24,84 @@ pub fn number(value: f64) -> String {
     if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }
 }
 
-/// The measures with their limits, and lines about what is not as it should be. Plain text.
+/// What changed in one line, the measures with their limits, and lines about what is not as it should be; `all` of the
+/// measures, or those that say most and those with a limit. Plain text.
 #[must_use]
-pub fn image_table(metrics: &ImageMetrics, limits: &ImageLimits) -> String {
+pub fn image_table(metrics: &ImageMetrics, limits: &ImageLimits, all: bool) -> String {
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
     table.set_header(["measure", "value", "limit"]);
-    let energy_limit = limits.energy_within_percent.map(|percent| format!("1 within {percent} %"));
-    let limit = |limit: Option<f64>| limit.map(|limit| limit.to_string());
-    let [red, green, blue] = metrics.energy_ratio_rgb.map(undefined_or);
-    let mut rows = vec![
-        ("relMSE", undefined_or(metrics.relmse), limit(limits.max_relmse)),
-        ("relMSE of 8x8 blocks", undefined_or(metrics.smooth_relmse), None),
-        ("highest ratio of 20x20 blocks", undefined_or(metrics.highest_block_ratio), None),
-        ("RMSE", number(metrics.rmse), None),
-        ("energy ratio", undefined_or(metrics.energy_ratio), energy_limit),
-        ("energy ratio R, G, B", format!("{red}, {green}, {blue}"), None),
-        ("PSNR", metrics.psnr_db.map_or_else(|| "no difference".to_owned(), |db| format!("{db:.3} dB")), None),
-        ("SSIM", undefined_or(metrics.ssim), None),
-        ("FLIP", number(metrics.flip), limit(limits.max_flip)),
-    ];
-    if let Some(indirect) = &metrics.indirect {
-        rows.push(("indirect energy ratio", undefined_or(indirect.indirect_ratio), None));
-        rows.push(("indirect relMSE of blocks", undefined_or(indirect.indirect_smooth_relmse), None));
-        rows.push(("indirect pixels", indirect.indirect_pixels.to_string(), None));
-    }
-    rows.extend(metrics.exposure.map(|exposure| ("exposure", number(exposure), None)));
-    for (name, value, limit) in rows {
-        table.add_row([Cell::new(name), right(value), Cell::new(limit.unwrap_or_default())]);
+    let rows = measures(metrics, limits).into_iter().filter(|row| all || row.is_brief || !row.limit.is_empty());
+    for MeasureRow { name, value, limit, .. } in rows {
+        table.add_row([Cell::new(name), right(value), Cell::new(limit)]);
     }
     let lines = remarks(metrics).into_iter().map(|line| format!("\n{line}"));
-    table.trim_fmt() + &lines.collect::<String>()
+    what_changed(metrics) + "\n" + &table.trim_fmt() + &lines.collect::<String>()
+}
+
+/// A measure, its value and its limit as text.
+struct MeasureRow {
+    name: &'static str,
+    value: String,
+    /// Empty without one.
+    limit: String,
+    /// Whether the short table has it without a limit too.
+    is_brief: bool,
+}
+
+fn measures(metrics: &ImageMetrics, limits: &ImageLimits) -> Vec<MeasureRow> {
+    let limit = |limit: Option<f64>, clause: Option<String>| verdict(limit.map(|l| l.to_string()), clause.is_some());
+    let energy_limit = limits.energy_within_percent.map(|percent| format!("1 within {percent} %"));
+    let [red, green, blue] = metrics.energy_ratio_rgb.map(undefined_or);
+    let row = |name, value, limit, is_brief| MeasureRow { name, value, limit, is_brief };
+    let (plain, none) = (|name, value| row(name, value, String::new(), false), String::new);
+    let mut rows = vec![
+        row("relMSE", undefined_or(metrics.relmse), limit(limits.max_relmse, limits.relmse(metrics)), true),
+        row("relMSE of 8x8 blocks", undefined_or(metrics.smooth_relmse), none(), true),
+        plain("highest ratio of 20x20 blocks", undefined_or(metrics.highest_block_ratio)),
+        plain("RMSE", number(metrics.rmse)),
+        row(
+            "energy ratio",
+            undefined_or(metrics.energy_ratio),
+            verdict(energy_limit, limits.energy(metrics).is_some()),
+            true,
+        ),
+        plain("energy ratio R, G, B", format!("{red}, {green}, {blue}")),
+        plain("PSNR", metrics.psnr_db.map_or_else(|| "no difference".to_owned(), |db| format!("{db:.3} dB"))),
+        plain("SSIM", undefined_or(metrics.ssim)),
+        row("FLIP", number(metrics.flip), limit(limits.max_flip, limits.flip(metrics)), true),
+    ];
+    if let Some(indirect) = &metrics.indirect {
+        rows.push(row("indirect energy ratio", undefined_or(indirect.indirect_ratio), none(), true));
+        rows.push(row("indirect relMSE of blocks", undefined_or(indirect.indirect_smooth_relmse), none(), true));
+        rows.push(plain("indirect pixels", indirect.indirect_pixels.to_string()));
+    }
+    rows.extend(metrics.exposure.map(|exposure| plain("exposure", number(exposure))));
+    rows
+}
+
+/// A limit and whether it holds; empty without a limit.
+fn verdict(limit: Option<String>, is_exceeded: bool) -> String {
+    limit.map_or_else(String::new, |limit| format!("{limit}: {}", if is_exceeded { "EXCEEDED" } else { "holds" }))
+}
+
+/// How the test differs from the reference, in one line.
+fn what_changed(metrics: &ImageMetrics) -> String {
+    if metrics.rmse == 0.0 {
+        return "no pixel differs".to_owned();
+    }
+    let energy =
+        metrics.energy_ratio.map_or_else(String::new, |ratio| format!(", {}", percent(ratio, "brighter", "darker")));
+    format!("the pictures differ: FLIP {:.3}{energy}", metrics.flip)
+}
+
+/// A ratio to 1 in words.
+fn percent(ratio: f64, above: &str, below: &str) -> String {
+    let percent = 100.0 * (ratio - 1.0);
+    match percent {
+        p if p.abs() < 0.05 => format!("neither {above} nor {below}"),
+        p => format!("{:.1} % {}", p.abs(), if p > 0.0 { above } else { below }),
+    }
 }
 
 /// What a reader must know before believing the measures.
@@ -72,17 +119,33 @@ pub fn remarks(metrics: &ImageMetrics) -> Vec<String> {
     lines
 }
 
-/// The passes and the frame of both files, and notes on what else differs. Plain text.
+/// What changed in one line, the passes and the frame of both files, and notes on what else differs; `all` of the passes,
+/// or those that take a notable part of either frame, the others as one row. Plain text.
 #[must_use]
-pub fn timing_table(comparison: &TimingComparison) -> String {
+pub fn timing_table(comparison: &TimingComparison, max_percent: Option<f64>, all: bool) -> String {
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
-    table.set_header(["pass", "reference ms", "test ms", "test / reference"]);
-    for pair in comparison.passes.iter().chain([&comparison.frame_gpu, &comparison.frame_cpu]) {
-        table.add_row([Cell::new(&pair.name), ms(pair.reference_ms), ms(pair.test_ms), right(ratio(pair))]);
+    table.set_header(["pass", "reference ms", "test ms", "test / reference", "limit"]);
+    let (passes, others) = if all { (comparison.passes.clone(), None) } else { comparison.notable_passes() };
+    let frames = [&comparison.frame_gpu, &comparison.frame_cpu];
+    for pair in passes.iter().chain(&others).chain(frames) {
+        let limit = max_percent.filter(|_| comparison.is_held_to_a_limit(pair));
+        let is_exceeded = max_percent.is_some_and(|most| pair.is_slower(most));
+        let limit = verdict(limit.map(|most| format!("{most} % slower")), is_exceeded);
+        table.add_row([
+            Cell::new(&pair.name),
+            ms(pair.reference_ms),
+            ms(pair.test_ms),
+            right(ratio(pair)),
+            Cell::new(limit),
+        ]);
     }
+    let frame = match comparison.frame_gpu.ratio {
+        Some(ratio) => format!("the frame is {}\n", percent(ratio, "slower", "faster")),
+        None => String::new(),
+    };
     let notes = comparison.notes.iter().map(|note| format!("\n{note}"));
-    table.trim_fmt() + &notes.collect::<String>()
+    frame + &table.trim_fmt() + &notes.collect::<String>()
 }
 
 fn right(text: String) -> Cell {
@@ -135,12 +198,15 @@ mod tests {
         let (reference, mut test) = (image(16, 16, |_, _, c| (c + 1) as f32), image(16, 16, |_, _, _| 2.0));
         test.rgb[0] = f32::NAN;
         let found = metrics(&reference, &test, Tone::Reinhard { exposure: 0.5 }, Some(&reference)).unwrap();
-        let text = image_table(&found, &ImageLimits { energy_within_percent: Some(2.0), ..ImageLimits::default() });
-        for part in ["| relMSE ", "2, 1, 0.666667", "1 within 2 %", "| indirect pixels", "| exposure", "in the test"] {
+        let text =
+            image_table(&found, &ImageLimits { energy_within_percent: Some(2.0), ..ImageLimits::default() }, true);
+        for part in
+            ["| relMSE ", "2, 1, 0.666667", "1 within 2 %: holds", "| indirect pixels", "| exposure", "in the test"]
+        {
             assert!(text.contains(part), "no `{part}` in\n{text}");
         }
         let black = image(4, 4, |_, _, _| 0.0);
-        let text = image_table(&metrics(&black, &black, Tone::Srgb, None).unwrap(), &ImageLimits::default());
+        let text = image_table(&metrics(&black, &black, Tone::Srgb, None).unwrap(), &ImageLimits::default(), true);
         assert!(
             text.contains("undefined") && text.ends_with("the reference is black: relative measures are undefined")
         );
@@ -148,28 +214,60 @@ mod tests {
     }
 
     #[test]
+    fn the_short_table_says_what_changed() {
+        let (reference, test) = (image(16, 16, |_, _, _| 1.0), image(16, 16, |_, _, _| 1.25));
+        let tone = Tone::Reinhard { exposure: 0.5 };
+        let found = metrics(&reference, &test, tone, None).unwrap();
+        let limits = ImageLimits { max_relmse: Some(0.5), max_flip: Some(0.0), ..ImageLimits::default() };
+        let text = image_table(&found, &limits, false);
+        assert!(text.starts_with("the pictures differ: FLIP 0.") && text.contains(", 25.0 % brighter\n"), "{text}");
+        assert!(text.contains("0.5: holds") && text.contains("0: EXCEEDED"), "{text}");
+        assert!(!text.contains("SSIM") && image_table(&found, &limits, true).contains("SSIM"), "{text}");
+        let same = metrics(&reference, &reference, tone, None).unwrap();
+        assert!(image_table(&same, &limits, false).starts_with("no pixel differs\n"));
+    }
+
+    #[test]
     fn timings_side_by_side() {
-        let pair = |name: &str, reference_ms, test_ms, ratio| TimePair {
+        let pair = |name: &str, (reference_ms, test_ms, ratio), share| TimePair {
             name: name.to_owned(),
             reference_ms,
             test_ms,
             ratio,
-            share_percent: None,
+            share_percent: Some(share),
         };
         let comparison = TimingComparison {
-            passes: vec![pair("gbuffer", Some(2.0), Some(3.0), Some(1.5)), pair("extra", None, Some(1.0), None)],
-            frame_gpu: pair("frame (GPU clock)", Some(2.0), Some(4.0), Some(2.0)),
-            frame_cpu: pair("frame (CPU clock)", Some(3.0), Some(3.0), Some(1.0)),
+            passes: vec![
+                pair("gbuffer", (Some(2.0), Some(3.0), Some(1.5)), 99.0),
+                pair("bounds", (Some(0.01), Some(0.02), Some(2.0)), 0.5),
+                pair("extra", (None, Some(0.1), None), 2.5),
+            ],
+            frame_gpu: pair("frame (GPU clock)", (Some(2.0), Some(4.0), Some(2.0)), 100.0),
+            frame_cpu: pair("frame (CPU clock)", (Some(3.0), Some(3.0), Some(1.0)), 100.0),
             notes: vec!["device not the same: name `a` against `b`".to_owned()],
         };
         let expected = "\
-| pass              | reference ms | test ms | test / reference |
-|-------------------|--------------|---------|------------------|
-| gbuffer           |        2.000 |   3.000 |            1.500 |
-| extra             |            - |   1.000 |     only in test |
-| frame (GPU clock) |        2.000 |   4.000 |            2.000 |
-| frame (CPU clock) |        3.000 |   3.000 |            1.000 |
+the frame is 100.0 % slower
+| pass              | reference ms | test ms | test / reference | limit |
+|-------------------|--------------|---------|------------------|-------|
+| gbuffer           |        2.000 |   3.000 |            1.500 |       |
+| bounds            |        0.010 |   0.020 |            2.000 |       |
+| extra             |            - |   0.100 |     only in test |       |
+| frame (GPU clock) |        2.000 |   4.000 |            2.000 |       |
+| frame (CPU clock) |        3.000 |   3.000 |            1.000 |       |
 device not the same: name `a` against `b`";
-        assert_eq!(timing_table(&comparison), expected);
+        assert_eq!(timing_table(&comparison, None, true), expected);
+        let expected = "\
+the frame is 100.0 % slower
+| pass              | reference ms | test ms | test / reference | limit                 |
+|-------------------|--------------|---------|------------------|-----------------------|
+| gbuffer           |        2.000 |   3.000 |            1.500 | 60 % slower: holds    |
+| 2 passes below 5 % |        0.010 |   0.120 |           12.000 |                       |
+| frame (GPU clock) |        2.000 |   4.000 |            2.000 | 60 % slower: EXCEEDED |
+| frame (CPU clock) |        3.000 |   3.000 |            1.000 |                       |
+device not the same: name `a` against `b`";
+        let text = timing_table(&comparison, Some(60.0), false);
+        let words = |text: &str| text.split([' ', '-']).filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
+        assert_eq!(words(&text), words(expected));
     }
 }

@@ -200,9 +200,23 @@ impl Executor {
         max_submit_ms: f64,
         on_step: &mut OnStep,
     ) -> Result<SteppedFrame> {
-        let ticket = self.submit_frame(frame_data, Policy::Stepped { max_submit_ms, on_step })?;
+        let ticket = self.submit_frame(frame_data, Policy::Stepped { max_submit_ms, on_step: &mut *on_step })?;
         let Ran { rounds_done, rounds, .. } = ticket.ran;
+        if rounds == 0 {
+            self.follow(&ticket.ran, on_step)?;
+        }
         Ok(SteppedFrame { times: self.wait(ticket)?, rounds_done, rounds })
+    }
+
+    /// Waits for one submission after the other, and tells how many passes are done.
+    fn follow(&self, ran: &Ran, on_step: &mut OnStep) -> Result<()> {
+        let passes = self.frame.graph.passes().len() as u32;
+        for (number, done) in &ran.milestones {
+            self.explain(self.timeline.wait(*number))?;
+            // All has been submitted: the frame cannot be ended any more.
+            let _ = on_step(*done, passes);
+        }
+        Ok(())
     }
 
     fn submit_frame(&mut self, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<FrameTicket> {

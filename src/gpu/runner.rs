@@ -17,8 +17,8 @@ use super::work::{ComputeWork, Repeat, Work};
 use crate::error::Result;
 use crate::graph::{Access, Graph, Lifetime, Use};
 
-/// Called after every step of a repeated pass with the repetitions done and all of them; `Break` ends the pass with its
-/// round.
+/// Called with the parts of a frame that are done and all of them: after every step of a repeated pass, where `Break` ends
+/// the pass with its round; in frames without one whenever passes have completed.
 pub type OnStep<'a> = dyn FnMut(u32, u32) -> ControlFlow<()> + 'a;
 
 /// How a frame is given to the device.
@@ -60,6 +60,8 @@ pub(super) struct Ran {
     pub last: u64,
     /// Submissions in all.
     pub submissions: u32,
+    /// Every submission of whole passes, with the passes of the frame that are done when it completes.
+    pub milestones: Vec<(u64, u32)>,
     /// Rounds of the repeated passes that were finished, and all; 0 where they are not run in steps.
     pub rounds_done: u32,
     pub rounds: u32,
@@ -157,6 +159,7 @@ impl Runner<'_> {
     fn run_batch(&mut self, batch: Range<usize>, is_last: bool, policy: &mut Policy<'_, '_>) -> Result<()> {
         let frame = self.given.frame;
         let commands = self.begin()?;
+        let end = batch.end as u32;
         for index in batch {
             self.enter(commands, index)?;
             match (&frame.graph.passes()[index].payload, policy.shown()) {
@@ -167,7 +170,9 @@ impl Runner<'_> {
         }
         let shown = policy.shown().filter(|_| is_last);
         let (waits, signals) = shown.map_or_else(Default::default, |shown| window_semaphores(&frame.graph, shown));
-        self.submit(commands, &waits, &signals)
+        self.submit(commands, &waits, &signals)?;
+        self.ran.milestones.push((self.ran.last, end));
+        Ok(())
     }
 
     /// A repeated pass in submissions that are waited for.

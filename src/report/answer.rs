@@ -18,6 +18,8 @@ pub struct Answer<'a> {
     pub scene: &'a SceneInfo,
     /// The device.
     pub device: &'a Device,
+    /// What is to be said of the device, if anything.
+    pub device_note: Option<&'a str>,
     /// The settings.
     pub settings: &'a Settings,
     /// What was measured.
@@ -34,7 +36,7 @@ impl Answer<'_> {
     /// The lines. Plain text.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut lines = vec![self.scene_line(), format!("device: {}", self.device.name), self.picture_line()];
+        let mut lines = vec![self.scene_line(), self.device_line(), self.picture_line()];
         lines.push(self.frame_line());
         lines.extend(self.pass_lines());
         lines.extend(self.files.iter().map(|file| format!("written: {}", file.display())));
@@ -45,6 +47,11 @@ impl Answer<'_> {
         let SceneInfo { name, camera, triangles, environment, .. } = self.scene;
         let around = if environment == "none" { String::new() } else { format!(", environment {environment}") };
         format!("scene: {name}, {} triangles, camera {camera}{around}", thousands(*triangles))
+    }
+
+    fn device_line(&self) -> String {
+        let note = self.device_note.map_or_else(String::new, |note| format!(", {note}"));
+        format!("device: {}{note}", self.device.name)
     }
 
     /// Size, technique, what it counted, exposure.
@@ -78,7 +85,9 @@ impl Answer<'_> {
         let (costly, others): (Vec<_>, Vec<_>) =
             self.times.passes.iter().partition(|pass| share(pass.ms.median) >= LEAST_SHARE);
         let mut rows: Vec<(String, f64)> = costly.iter().map(|pass| (pass.name.clone(), pass.ms.median)).collect();
-        if !others.is_empty() {
+        if let [other] = others[..] {
+            rows.push((other.name.clone(), other.ms.median));
+        } else if !others.is_empty() {
             let rest = others.iter().map(|pass| pass.ms.median).sum();
             rows.push((format!("{} passes below 1 %", others.len()), rest));
         }
@@ -95,7 +104,7 @@ fn time(ms: f64) -> String {
 }
 
 /// A number above 0 with three digits or, from 1000 on, with all before the point.
-fn three_digits(value: f64) -> String {
+pub(super) fn three_digits(value: f64) -> String {
     if value <= 0.0 {
         return "0".to_owned();
     }
@@ -133,6 +142,7 @@ mod tests {
         Answer {
             scene: &scene,
             device: &device,
+            device_note: Some("a CPU driver"),
             settings: &settings,
             times,
             counts,
@@ -149,7 +159,7 @@ mod tests {
         let expected = format!(
             "\
 scene: room, 1,234,567 triangles, camera door, environment sky
-device: a device
+device: a device, a CPU driver
 picture: {size}, lgh, 99,812 VPLs, exposure 2.50
 frame: 5.00 ms, median of 2 frames, 95 % within 6.00 ms
   gbuffer        1.50 ms   30 %

@@ -3,6 +3,7 @@
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{Cell, CellAlignment, Row, Table};
 
+use super::answer::three_digits;
 use super::summary::Summary;
 use super::timings::{RayRates, RunTimes};
 
@@ -12,8 +13,10 @@ use super::timings::{RayRates, RunTimes};
 pub fn table(times: &RunTimes, rays: &RayRates, exposure: Option<f32>) -> String {
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
-    table.set_header(["pass", "median ms", "p95 ms", "share"]);
     let frames = times.frame_count() as f64;
+    let is_one = times.frame_count() == 1;
+    table.set_header(if is_one { vec!["pass", "ms", "share"] } else { vec!["pass", "median ms", "p95 ms", "share"] });
+    let row = |name: &str, ms: &Summary, share: String| row(name, ms, is_one, share);
     for pass in &times.passes {
         let mean_per_frame = pass.ms.mean * pass.frames as f64 / frames;
         table.add_row(row(&pass.name, &pass.ms, share(mean_per_frame, times.frame_gpu_ms.mean)));
@@ -31,9 +34,15 @@ pub fn table(times: &RunTimes, rays: &RayRates, exposure: Option<f32>) -> String
     table.trim_fmt() + &rates.concat() + &exposure
 }
 
-fn row(name: &str, ms: &Summary, share: String) -> Row {
+/// One frame is a single sample: it has three digits and no percentile.
+fn row(name: &str, ms: &Summary, is_one: bool, share: String) -> Row {
     let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
-    Row::from([Cell::new(name), right(format!("{:.3}", ms.median)), right(format!("{:.3}", ms.p95)), right(share)])
+    let times = if is_one {
+        vec![three_digits(ms.median)]
+    } else {
+        vec![format!("{:.3}", ms.median), format!("{:.3}", ms.p95)]
+    };
+    Row::from([Cell::new(name)].into_iter().chain(times.into_iter().chain([share]).map(right)).collect::<Vec<_>>())
 }
 
 fn share(part: f64, whole: f64) -> String {
@@ -60,6 +69,15 @@ mod tests {
 shadow rays: 1.235 million/s
 exposure: 2.5000";
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn one_frame_has_no_percentile_and_few_digits() {
+        let pass_ms = vec![("a".to_owned(), 3186.394), ("b".to_owned(), 0.012_34)];
+        let frame = super::super::FrameTimes { pass_ms, gpu_ms: 3186.406, cpu_ms: 3190.2 };
+        let text = table(&RunTimes::of(&[frame]).unwrap(), &RayRates::default(), None);
+        assert!(text.starts_with("| pass              | ms ") && !text.contains("p95"), "{text}");
+        assert!(text.contains("|   3186 | 100.0 % |") && text.contains("| 0.0123 |   0.0 % |"), "{text}");
     }
 
     #[test]

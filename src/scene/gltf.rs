@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::default_camera::default_camera;
 use super::gltf_buffers::Document;
-use super::gltf_materials::{decode_images, default_material, materials};
+use super::gltf_materials::{decode_images, default_material, emits, materials};
 use super::gltf_mesh::Geometry;
 use super::gltf_nodes::{Found, default_sun, walk};
 use super::{Aabb, Draw, Light, LitBy, Material, Scene, Vertex};
@@ -23,16 +23,28 @@ const SUPPORTED_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quanti
 /// # Errors
 /// [`Error::File`] for everything that is wrong with the file or with those it refers to.
 pub fn load(path: &Path, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
-    if let Some(format) = other_format(path) {
-        let advice = "is not read: convert it to glTF (.gltf, .glb), with Blender's export for example";
-        return Err(Error::file(path, format_args!("{format} {advice}")));
-    }
-    let bytes =
-        std::fs::read(path).map_err(|e| Error::file(path, format_args!("the scene file cannot be read: {e}")))?;
+    check_file(path)?;
+    let bytes = std::fs::read(path).map_err(|e| unreadable(path, &e))?;
     let base = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let name = path.file_stem().map_or_else(|| "scene".into(), OsStr::to_string_lossy);
     let document = Document::parse(path, Some(base), &bytes, progress)?;
     assemble(&name, &document, progress)
+}
+
+/// Finds out whether a file may be a scene, without reading it.
+///
+/// # Errors
+/// [`Error::File`] when it is not there or, by its name, of another format.
+pub fn check_file(path: &Path) -> Result<()> {
+    if let Some(format) = other_format(path) {
+        let advice = "is not read: convert it to glTF (.gltf, .glb), with Blender's export for example";
+        return Err(Error::file(path, format_args!("{format} {advice}")));
+    }
+    std::fs::metadata(path).map(drop).map_err(|e| unreadable(path, &e))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Error {
+    Error::file(path, format_args!("the scene file cannot be read: {error}"))
 }
 
 /// The name of a format that people have scenes in and that is not glTF, by the file's name.
@@ -74,6 +86,10 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
     if runs.indices.is_empty() {
         return Err(document.error("the scene has no triangles"));
     }
+    ignore_what_moves(document);
+    if let Some(sentence) = document.ignored() {
+        log::warn!("{sentence}");
+    }
     let bounds = bounds(&vertices, &runs.indices);
     if found.cameras.is_empty() {
         log::info!("the scene has no camera: it gets one named `default`");
@@ -103,12 +119,21 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
     })
 }
 
+/// Notes what of the file changes with time.
+fn ignore_what_moves(document: &Document) {
+    let root = &document.root;
+    let morphs = |mesh: &::gltf::json::Mesh| mesh.primitives.iter().any(|primitive| primitive.targets.is_some());
+    let seen = [
+        (!root.animations.is_empty(), "animation"),
+        (!root.skins.is_empty(), "skins"),
+        (root.meshes.iter().any(morphs), "morph targets"),
+    ];
+    seen.iter().filter(|(seen, _)| *seen).for_each(|(_, what)| document.ignore(*what));
+}
+
 /// What of the scene's light is the file's.
 fn lit_by(document: &Document, found: &Found, draws: &[Draw]) -> LitBy {
-    let is_emissive = |draw: &Draw| {
-        let material = document.root.materials.get(draw.material as usize);
-        material.is_some_and(|material| material.emissive_factor.0.iter().any(|channel| *channel > 0.0))
-    };
+    let is_emissive = |draw: &Draw| document.root.materials.get(draw.material as usize).is_some_and(emits);
     match () {
         () if found.is_dark || !found.lights.is_empty() => LitBy::Lights,
         () if draws.iter().any(is_emissive) => LitBy::EmissiveSurfaces,
@@ -116,7 +141,7 @@ fn lit_by(document: &Document, found: &Found, draws: &[Draw]) -> LitBy {
     }
 }
 
-/// The triangles of all meshes of the scene, with one line in the log for each kind of thing left out.
+/// The triangles of all meshes of the scene, with a note of each kind of thing left out.
 fn gather(document: &Document, found: &Found, progress: &dyn Fn(&str, u64, u64)) -> Result<Geometry> {
     let mut geometry = Geometry::new(document.root.materials.len());
     let total = found.instances.len() as u64;
@@ -126,10 +151,10 @@ fn gather(document: &Document, found: &Found, progress: &dyn Fn(&str, u64, u64))
     }
     progress("meshes", total, total);
     if geometry.not_triangles > 0 {
-        log::warn!("{} primitives of points or lines are left out", geometry.not_triangles);
+        document.ignore(format!("{} primitives of points or lines", geometry.not_triangles));
     }
     if geometry.incomplete > 0 {
-        log::warn!("{} primitives end in an incomplete triangle, which is left out", geometry.incomplete);
+        document.ignore(format!("the incomplete last triangles of {} primitives", geometry.incomplete));
     }
     if geometry.degenerate > 0 {
         log::info!("{} triangles without an area are left out", geometry.degenerate);

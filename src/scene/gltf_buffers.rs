@@ -1,6 +1,7 @@
 //! The bytes behind a glTF: the GLB container, external files, data URIs and buffer views, all ranges checked.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +18,8 @@ pub(super) struct Document<'a> {
     /// The JSON part.
     pub root: Root,
     buffers: Vec<Cow<'a, [u8]>>,
+    /// What the file has that is not rendered, each kind once.
+    ignored: RefCell<Vec<String>>,
 }
 
 impl<'a> Document<'a> {
@@ -30,7 +33,8 @@ impl<'a> Document<'a> {
         let (text, chunk) = split_glb(path, bytes)?;
         let root: Root = json::deserialize::from_slice(text)
             .map_err(|e| Error::file(path, format_args!("the glTF JSON is broken: {e}")))?;
-        let mut document = Self { path: path.to_path_buf(), base, root, buffers: Vec::new() };
+        let mut document =
+            Self { path: path.to_path_buf(), base, root, buffers: Vec::new(), ignored: RefCell::default() };
         let total = document.root.buffers.len() as u64;
         for i in 0..document.root.buffers.len() {
             progress("buffers", i as u64, total);
@@ -39,6 +43,20 @@ impl<'a> Document<'a> {
         }
         progress("buffers", total, total);
         Ok(document)
+    }
+
+    /// Notes something that the file has and that is not rendered.
+    pub fn ignore(&self, what: impl Into<String>) {
+        let (what, mut ignored) = (what.into(), self.ignored.borrow_mut());
+        if !ignored.contains(&what) {
+            ignored.push(what);
+        }
+    }
+
+    /// Everything noted, as one sentence; `None` where all of the file is rendered.
+    pub fn ignored(&self) -> Option<String> {
+        let ignored = self.ignored.borrow();
+        (!ignored.is_empty()).then(|| format!("not rendered of {}: {}", self.path.display(), ignored.join(", ")))
     }
 
     /// An error about this file.

@@ -28,6 +28,7 @@ struct Oddities {
     second_uv: bool,
     wrapping: bool,
     no_image: bool,
+    emission: bool,
 }
 
 /// All materials, with textures as indices into the returned list of glTF image indices.
@@ -38,15 +39,19 @@ pub(super) fn materials(document: &Document) -> Result<(Vec<Material>, Vec<usize
         list.iter().enumerate().map(|(i, m)| material(document, i, m, &mut images, &mut odd)).collect::<Result<_>>()?;
     let transform = document.root.extensions_used.iter().any(|e| e == "KHR_texture_transform");
     let notes = [
-        (odd.blend, "alpha mode BLEND is not supported: treated as MASK with cutoff 0.5"),
-        (odd.second_uv || transform, "texture transforms and second texture coordinate sets are not supported"),
-        (odd.wrapping, "only the texture wrap mode repeat is supported"),
-        (odd.no_image, "some textures have no png or jpeg image and are left out"),
+        (odd.blend, "blended transparency (cut out at alpha 0.5)"),
+        (odd.second_uv || transform, "texture transforms and second texture coordinates"),
+        (odd.wrapping, "texture wrap modes other than repeat"),
+        (odd.no_image, "textures without a png or jpeg image"),
+        (odd.emission, "emission"),
     ];
-    for (_, note) in notes.iter().filter(|(seen, _)| *seen) {
-        log::warn!("{note}");
-    }
+    notes.iter().filter(|(seen, _)| *seen).for_each(|(_, note)| document.ignore(*note));
     Ok((materials, images.order))
+}
+
+/// Whether a material shines by itself.
+pub(super) fn emits(material: &JsonMaterial) -> bool {
+    material.emissive_factor.0.iter().any(|channel| *channel > 0.0)
 }
 
 /// The material of primitives that name none.
@@ -94,6 +99,7 @@ fn material(
     let base_color_texture = texture(pbr.base_color_texture.as_ref().map(|t| (t.index, t.tex_coord)))?;
     let normal_texture = texture(json.normal_texture.as_ref().map(|t| (t.index, t.tex_coord)))?;
     let normal_scale = json.normal_texture.as_ref().map_or(1.0, |t| t.scale);
+    odd.emission |= emits(json);
     let base_color = pbr.base_color_factor.0;
     let cutoff = json.alpha_cutoff.map_or(0.5, |c| c.0);
     if !normal_scale.is_finite() || !cutoff.is_finite() || base_color.iter().any(|c| !c.is_finite()) {

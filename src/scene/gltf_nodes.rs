@@ -110,7 +110,7 @@ fn camera(
         return Err(document.error(format_args!("camera {index} does not exist")));
     };
     let (Checked::Valid(CameraType::Perspective), Some(lens)) = (&camera.type_, &camera.perspective) else {
-        log::warn!("camera {index} is not a perspective camera; it is left out");
+        document.ignore("cameras without perspective");
         return Ok(None);
     };
     if !(lens.yfov > 0.0 && lens.yfov < std::f32::consts::PI) {

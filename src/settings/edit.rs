@@ -73,9 +73,11 @@ impl Settings {
             line += &format!(" {}", quoted(&plain(scene)));
         }
         for (key, value) in table.iter().filter(|(key, value)| *key != "scene" && defaults.get(*key) != Some(*value)) {
-            match value {
-                toml::Value::Boolean(true) => line += &format!(" --{key}"),
-                value => {
+            let each = value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice);
+            for value in each {
+                if let toml::Value::Boolean(true) = value {
+                    line += &format!(" --{key}");
+                } else {
                     let value = plain(value);
                     // What begins with a dash would be taken for an option.
                     let separator = if value.starts_with('-') { '=' } else { ' ' };
@@ -129,7 +131,7 @@ mod tests {
     fn mistakes_are_usage_errors() {
         for (key, value, part) in [
             ("alhpa", "2", "alhpa"),
-            ("alpha", "-1", "alpha must be a finite number above 0, not -1"),
+            ("alpha", "-1", "--alpha must be a finite number above 0, not -1"),
             ("technique", "magic", "magic"),
             ("vpls", "many", "vpls many"),
         ] {

@@ -16,17 +16,17 @@ settings_group! {
     /// Light from all around the scene.
     #[command(next_help_heading = "Picture")]
     pub struct EnvironmentSettings: Picture {
-        /// Light from all around: none, the same radiance from everywhere, an equirectangular image, or a clear sky for the
+        /// Environment light: none, the same radiance from everywhere, an equirectangular image, or a clear sky for the
         /// scene's sun [default: sky where the scene brings no light, else none]
         #[arg(id = "environment", long = "environment", value_name = "none|R,G,B|FILE.exr|FILE.hdr|sky", allow_negative_numbers = true)]
         pub source as "environment": Option<EnvironmentSource> = None,
-        /// Factor on the environment's radiance, 0 or above [default: 1]
+        /// Brightness factor of the environment, 0 or above [default: 1]
         #[arg(id = "environment-scale", long = "environment-scale", value_name = "X", allow_negative_numbers = true)]
         pub scale as "environment-scale": f32 = 1.0,
-        /// Turns the environment about +y by so many degrees, counterclockwise seen from above [default: 0]
+        /// Rotation of the environment about +y in degrees, counterclockwise seen from above [default: 0]
         #[arg(id = "environment-turn", long = "environment-turn", value_name = "DEGREES", allow_negative_numbers = true)]
         pub turn_deg as "environment-turn": f32 = 0.0,
-        /// Shadow rays per pixel towards the environment, 0 to 64; with 0 surfaces get none of its light directly [default: 4]
+        /// Shadow rays per pixel towards the environment, 0 to 64; 0 leaves out its direct light [default: 4]
         #[arg(id = "environment-samples", long = "environment-samples", value_name = "N", help_heading = "Shadows")]
         pub samples as "environment-samples": u32 = 4,
     }
@@ -37,15 +37,15 @@ impl Validate for EnvironmentSettings {
         if let Some(EnvironmentSource::Uniform(radiance)) = self.source {
             require(radiance.iter().all(|value| value.is_finite() && *value >= 0.0), || {
                 let [r, g, b] = radiance;
-                format!("environment {r},{g},{b} needs three finite numbers, 0 or above")
+                format!("--environment {r},{g},{b} needs three finite numbers, 0 or above")
             })?;
         }
         let Self { scale, turn_deg, samples, .. } = self;
         within("environment-samples", *samples, 0..=MAX_ENVIRONMENT_SAMPLES)?;
         require(scale.is_finite() && *scale >= 0.0, || {
-            format!("environment-scale must be a finite number, 0 or above, not {scale}")
+            format!("--environment-scale must be a finite number, 0 or above, not {scale}")
         })?;
-        require(turn_deg.is_finite(), || format!("environment-turn must be a finite number, not {turn_deg}"))
+        require(turn_deg.is_finite(), || format!("--environment-turn must be a finite number, not {turn_deg}"))
     }
 }
 

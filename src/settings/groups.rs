@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::group::{Validate, settings_group};
 use super::validate::{above_zero, at_least_one, has_extension, require};
@@ -24,10 +24,10 @@ settings_group! {
         pub file as "scene": Option<PathBuf> = None,
         /// Camera of the scene, by name or by index from 0, or a place and a view as the window saves them: X,Y,Z,AZIMUTH,HEIGHT,YFOV
         /// in metres and degrees [default: the first, or one inside a room and outside anything else]
-        #[arg(long, value_name = "NAME|INDEX|PLACE")]
+        #[arg(long, value_name = "NAME|INDEX|PLACE", allow_hyphen_values = true)]
         #[serde(deserialize_with = "name_or_index")]
         pub camera: Option<String> = None,
-        /// Where the scene's first directional light stands, in degrees: 0 is along -z and 90 along x; height above the horizon
+        /// Direction of the scene's first directional light, in degrees: azimuth 0 is along -z and 90 along x; height above the horizon
         /// [default: as in the scene]
         #[arg(long, value_name = "AZIMUTH,HEIGHT", allow_hyphen_values = true)]
         pub sun: Option<SunPlace> = None,
@@ -60,10 +60,10 @@ settings_group! {
         /// Factor on the radiance in PNG pictures, above 0, or `auto`: from the picture's histogram [default: auto]
         #[arg(long, value_name = "auto|FACTOR", allow_negative_numbers = true)]
         pub exposure: Exposure = Exposure::Auto,
-        /// Stops by which pictures are brighter than their exposure makes them, automatic or not, -32 to 32 [default: 0]
+        /// Exposure compensation in stops, on top of the exposure, -32 to 32 [default: 0]
         #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
         pub exposure_compensation: f32 = 0.0,
-        /// From exposed radiance to what PNG pictures show [default: neutral]
+        /// Tone curve of PNG pictures and the window [default: neutral]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "reinhard|agx|neutral")]
         pub tone_map: ToneMap = ToneMap::Neutral,
     }
@@ -74,7 +74,8 @@ settings_group! {
     #[command(next_help_heading = "Method")]
     pub struct RenderSettings: Technique {
         /// What the picture shows: final, albedo, normal, depth, direct, environment-visibility, indirect, shadow-ratio, shadow-ratio-filtered,
-        /// selected-level, lights-tested, light-count, level-weights or vpls [default: final]
+        /// selected-level, lights-tested, light-count, level-weights or vpls; all writes each into a file named after --output
+        /// [default: final]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]
         pub view: View = View::Final,
         /// The lighting grid hierarchy, point-based global illumination, direct light alone, or a reference: every light at every
@@ -97,7 +98,7 @@ settings_group! {
         /// Seed of every random number, 0 to 4294967295 [default: 1]
         #[arg(long, value_name = "N")]
         pub seed: u32 = 1,
-        /// What traces rays of any kind: the BVH in shaders, or the device's acceleration structures by ray queries
+        /// Ray tracing: by the BVH in shaders, or by hardware acceleration structures (ray queries)
         /// [default: bvh]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "bvh|query", help_heading = "Shadows")]
         pub rays: Rays = Rays::Bvh,
@@ -115,7 +116,7 @@ settings_group! {
         /// Run under the Vulkan validation layers; any message is a failure (exit 4)
         #[arg(long)]
         pub validation: bool = false,
-        /// About the longest time of one submission to the device, above 0: frames are split between passes, reference
+        /// Target for the longest submission to the device in milliseconds, above 0: frames are split between passes, reference
         /// techniques between parts of the picture [default: 200]
         #[arg(long, value_name = "MS", allow_negative_numbers = true)]
         pub max_submit_ms: f32 = 200.0,
@@ -129,8 +130,8 @@ settings_group! {
     /// How a window shows pictures.
     #[command(next_help_heading = "Window")]
     pub struct WindowSettings: Window {
-        /// How the window's pictures take turns: each waits for the display, the newest is taken, at once, or waiting
-        /// unless late [default: fifo]
+        /// Vulkan present mode: wait for the display, show the newest picture, show it at once, or wait unless it is late
+        /// [default: fifo]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "fifo|mailbox|immediate|fifo-relaxed")]
         pub present_mode: PresentMode = PresentMode::Fifo,
         /// Edge of the rendered picture as a fraction of the window's, 0.05 to 1, or `auto`: 1, but on a CPU driver what
@@ -145,13 +146,13 @@ settings_group! {
     #[command(next_help_heading = "Output")]
     pub struct OutputSettings: Run {
         /// Write the last frame: .exr (linear radiance) or .png (exposed, tone-mapped)
-        #[arg(id = "output", long = "output", value_name = "PATH")]
+        #[arg(id = "output", short = 'o', long = "output", value_name = "PATH")]
         #[serde(serialize_with = "path_as_text")]
         pub picture as "output": Option<PathBuf> = None,
-        /// Write the timings: .json (statistics, settings, counts) or .csv (every frame and pass)
+        /// Write the timings: .json (statistics, settings, counts) or .csv (every frame and pass); may be given twice, for both
         #[arg(long, value_name = "PATH")]
-        #[serde(serialize_with = "path_as_text")]
-        pub timings: Option<PathBuf> = None,
+        #[serde(serialize_with = "paths_as_text", deserialize_with = "one_path_or_more")]
+        pub timings: Vec<PathBuf> = Vec::new(),
         /// Write every intermediate of the last frame into this new or empty folder (docs/dumps.md)
         #[arg(long, value_name = "DIR")]
         #[serde(serialize_with = "path_as_text")]
@@ -166,7 +167,7 @@ impl Validate for SceneSettings {
     fn validate(&self) -> Result<()> {
         let Some(SunPlace { azimuth_deg, height_deg }) = self.sun else { return Ok(()) };
         require(azimuth_deg.is_finite() && height_deg.abs() <= 90.0, || {
-            format!("sun {azimuth_deg},{height_deg} needs a finite azimuth and a height from -90 to 90")
+            format!("--sun {azimuth_deg},{height_deg} needs a finite azimuth and a height from -90 to 90")
         })
     }
 }
@@ -181,7 +182,7 @@ impl Validate for PictureSettings {
     fn validate(&self) -> Result<()> {
         let size = self.size;
         require(size.width > 0 && size.height > 0, || {
-            format!("size {size} has no pixels: width and height must be at least 1")
+            format!("--size {size} has no pixels: width and height must be at least 1")
         })?;
         match self.exposure {
             Exposure::Auto => Ok(()),
@@ -189,7 +190,7 @@ impl Validate for PictureSettings {
         }?;
         let stops = self.exposure_compensation;
         require((-MOST_STOPS..=MOST_STOPS).contains(&stops), || {
-            format!("exposure-compensation must be from -{MOST_STOPS} to {MOST_STOPS} stops, not {stops}")
+            format!("--exposure-compensation must be from -{MOST_STOPS} to {MOST_STOPS} stops, not {stops}")
         })
     }
 }
@@ -209,39 +210,81 @@ impl Validate for DeviceSettings {
 impl Validate for WindowSettings {
     fn validate(&self) -> Result<()> {
         let RenderScale::Fixed(scale) = self.render_scale else { return Ok(()) };
-        require((0.05..=1.0).contains(&scale), || format!("render-scale must be `auto` or from 0.05 to 1, not {scale}"))
+        require((0.05..=1.0).contains(&scale), || {
+            format!("--render-scale must be `auto` or from 0.05 to 1, not {scale}")
+        })
     }
 }
 
 impl OutputSettings {
     /// The files and folders that are asked for, each with the option that asks for it.
     pub fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
-        let files = [("output", &self.picture), ("timings", &self.timings), ("dump", &self.dump)];
-        files.into_iter().filter_map(|(option, path)| Some((option, path.as_deref()?)))
+        let files = [("output", self.picture.as_slice()), ("timings", &self.timings), ("dump", self.dump.as_slice())];
+        files.into_iter().flat_map(|(option, paths)| paths.iter().map(move |path| (option, path.as_path())))
+    }
+}
+
+impl OutputSettings {
+    /// Of several timings of one format the last is written, as of any other option.
+    pub fn keep_last_timings(&mut self) {
+        let kinds: Vec<_> = self.timings.iter().map(|path| FileKind::of(path)).collect();
+        let mut index = 0;
+        self.timings.retain(|_| {
+            index += 1;
+            !kinds[index..].contains(&kinds[index - 1])
+        });
     }
 }
 
 impl Validate for OutputSettings {
     fn validate(&self) -> Result<()> {
-        if let (Some(picture), Some(timings)) = (&self.picture, &self.timings) {
-            require(picture != timings, || {
-                format!("output and timings are the same file, {}: give two names", picture.display())
+        for timings in &self.timings {
+            require(self.picture.as_ref() != Some(timings), || {
+                format!("--output and --timings are the same file, {}: give two names", timings.display())
             })?;
         }
         if let Some(path) = &self.picture {
             has_extension("output", path, &[FileKind::Exr, FileKind::Png])?;
         }
-        if let Some(path) = &self.timings {
+        for path in &self.timings {
             has_extension("timings", path, &[FileKind::Json, FileKind::Csv])?;
+        }
+        for kind in [FileKind::Json, FileKind::Csv] {
+            let count = self.timings.iter().filter(|path| FileKind::of(path) == Some(kind)).count();
+            require(count <= 1, || format!("--timings is given {count} times as .{}: give one", kind.extension()))?;
         }
         if let Some(dump) = &self.dump {
             let inside = self.picture.iter().chain(&self.timings).find(|path| path.starts_with(dump));
             require(inside.is_none(), || {
-                format!("dump {} must hold nothing else, and an output would lie in it", dump.display())
+                format!("--dump {} must hold nothing else, and an output would lie in it", dump.display())
             })?;
         }
         Ok(())
     }
+}
+
+/// Several paths as a list, one as itself.
+fn paths_as_text<S: Serializer>(paths: &[PathBuf], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    match paths {
+        [] => serializer.serialize_none(),
+        [path] => path.to_string_lossy().serialize(serializer),
+        _ => serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy())),
+    }
+}
+
+/// What [`paths_as_text`] writes.
+fn one_path_or_more<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Vec<PathBuf>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "a path, or a list of paths")]
+    enum Paths {
+        One(PathBuf),
+        More(Vec<PathBuf>),
+    }
+    Ok(match Option::<Paths>::deserialize(deserializer)? {
+        None => Vec::new(),
+        Some(Paths::One(path)) => vec![path],
+        Some(Paths::More(paths)) => paths,
+    })
 }
 
 /// A path that is not Unicode must not stop the timings from being written.

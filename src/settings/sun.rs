@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::values::from_word;
 use crate::camera::{compass_rad, direction};
 
-/// Where the sun stands, in degrees, written `AZIMUTH,HEIGHT`.
+/// Direction of the sun in degrees, written `AZIMUTH,HEIGHT`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunPlace {
     /// As a compass has it: 0 along -z, 90 along x.

@@ -59,7 +59,7 @@ pub fn every_value_changed() -> Settings {
         s.picture.tone_map = ToneMap::Agx;
         s.render.view = View::ShadowRatio;
         s.output.picture = Some("o.exr".into());
-        s.output.timings = Some("t.csv".into());
+        s.output.timings = vec!["t.csv".into()];
         s.output.dump = Some("d".into());
         s.output.renderdoc_frame = Some(3);
         s.device.gpu = Some("llvmpipe".into());

@@ -24,12 +24,12 @@ impl Settings {
         let (lgh, many_lights) = (&self.lgh, &self.many_lights);
         if let Levels::Fixed(levels) = lgh.levels {
             require(many_lights.shadow_samples == 0 || lgh.shadow_from <= levels, || {
-                format!("shadow-from {} lies above the top level, which levels sets to {levels}", lgh.shadow_from)
+                format!("--shadow-from {} lies above the top level, which --levels sets to {levels}", lgh.shadow_from)
             })?;
         }
         let (size, side) = (self.picture.size, lgh.interleave);
         require(size.width >= side && size.height >= side, || {
-            format!("size {size} is too small for interleave {side}: each side needs at least {side} pixels")
+            format!("--size {size} is too small for --interleave {side}: each side needs at least {side} pixels")
         })
     }
 
@@ -39,8 +39,8 @@ impl Settings {
     /// [`Error::Usage`] with one sentence that names `what` and the setting in its way.
     pub fn require_shadow_samples(&self, what: &str) -> Result<()> {
         let obstacle = match (self.many_lights.shadow_samples, self.many_lights.shadows) {
-            (0, _) => "shadow-samples 0",
-            (_, Switch::Off) => "shadows off",
+            (0, _) => "--shadow-samples 0",
+            (_, Switch::Off) => "--shadows off",
             (_, Switch::On) => return Ok(()),
         };
         Err(Error::Usage(format!("{what} needs shadow samples, and {obstacle} leaves none")))
@@ -50,12 +50,12 @@ impl Settings {
     fn validate_frames(&self) -> Result<()> {
         let (run, accumulate) = (&self.run, self.render.accumulate);
         require(run.frames == 1 || accumulate == 1, || {
-            "frames and accumulate both say how many frames are rendered: give one of them".to_owned()
+            "--frames and --accumulate both say how many frames are rendered: give one of them".to_owned()
         })?;
         let Some(frame) = self.output.renderdoc_frame.filter(|_| run.headless) else { return Ok(()) };
         let frames = run.warmup + run.frames.max(accumulate);
         require(frame < frames, || {
-            format!("renderdoc-frame {frame} is never reached: the run has {frames} frame(s), counted from 0")
+            format!("--renderdoc-frame {frame} is never reached: the run has {frames} frame(s), counted from 0")
         })
     }
 }
@@ -65,22 +65,24 @@ pub(super) fn require(holds: bool, sentence: impl FnOnce() -> String) -> Result<
 }
 
 pub(super) fn at_least_one(key: &str, value: u32) -> Result<()> {
-    require(value > 0, || format!("{key} must be at least 1, not 0"))
+    require(value > 0, || format!("--{key} must be at least 1, not 0"))
 }
 
 pub(super) fn above_zero(key: &str, value: f32) -> Result<()> {
-    require(value.is_finite() && value > 0.0, || format!("{key} must be a finite number above 0, not {value}"))
+    require(value.is_finite() && value > 0.0, || format!("--{key} must be a finite number above 0, not {value}"))
 }
 
 pub(super) fn within(key: &str, value: u32, range: RangeInclusive<u32>) -> Result<()> {
-    require(range.contains(&value), || format!("{key} must be from {} to {}, not {value}", range.start(), range.end()))
+    require(range.contains(&value), || {
+        format!("--{key} must be from {} to {}, not {value}", range.start(), range.end())
+    })
 }
 
 pub(super) fn has_extension(key: &str, path: &Path, kinds: &[FileKind]) -> Result<()> {
     let fits = FileKind::of(path).is_some_and(|kind| kinds.contains(&kind));
     require(fits, || {
         let names: Vec<_> = kinds.iter().map(|kind| format!(".{}", kind.extension())).collect();
-        format!("{key} {} must end in {}", path.display(), names.join(" or "))
+        format!("--{key} {} must end in {}", path.display(), names.join(" or "))
     })
 }
 
@@ -111,47 +113,47 @@ mod tests {
             s.many_lights.lights = LightSet::Scene;
             s.many_lights.bounces = 0;
             s.output.picture = Some("a.EXR".into());
-            s.output.timings = Some("a.csv".into());
+            s.output.timings = vec!["a.csv".into(), "b.json".into()];
         });
         settings.validate().unwrap();
     }
 
     #[test]
     fn values_out_of_range() {
-        assert_eq!(complaint(|s| s.run.frames = 0), "frames must be at least 1, not 0");
-        assert_eq!(complaint(|s| s.many_lights.vpls = 0), "vpls must be at least 1, not 0");
+        assert_eq!(complaint(|s| s.run.frames = 0), "--frames must be at least 1, not 0");
+        assert_eq!(complaint(|s| s.many_lights.vpls = 0), "--vpls must be at least 1, not 0");
         for size in [Size { width: 0, height: 9 }, Size { width: 9, height: 0 }] {
-            let sentence = format!("size {size} has no pixels: width and height must be at least 1");
+            let sentence = format!("--size {size} has no pixels: width and height must be at least 1");
             assert_eq!(complaint(|s| s.picture.size = size), sentence);
         }
-        assert_eq!(complaint(|s| s.lgh.levels = Levels::Fixed(1)), "levels must be from 2 to 10, not 1");
-        assert_eq!(complaint(|s| s.lgh.levels = Levels::Fixed(11)), "levels must be from 2 to 10, not 11");
-        assert_eq!(complaint(|s| s.many_lights.bounces = 65), "bounces must be from 0 to 64, not 65");
-        assert_eq!(complaint(|s| s.lgh.first_level = 2), "first-level must be from 0 to 1, not 2");
-        assert_eq!(complaint(|s| s.lgh.interleave = 3), "interleave must be 1, 2 or 4, not 3");
-        assert_eq!(complaint(|s| s.many_lights.shadow_samples = 17), "shadow-samples must be from 0 to 16, not 17");
-        assert_eq!(complaint(|s| s.lgh.shadow_from = 11), "shadow-from must be from 0 to 10, not 11");
+        assert_eq!(complaint(|s| s.lgh.levels = Levels::Fixed(1)), "--levels must be from 2 to 10, not 1");
+        assert_eq!(complaint(|s| s.lgh.levels = Levels::Fixed(11)), "--levels must be from 2 to 10, not 11");
+        assert_eq!(complaint(|s| s.many_lights.bounces = 65), "--bounces must be from 0 to 64, not 65");
+        assert_eq!(complaint(|s| s.lgh.first_level = 2), "--first-level must be from 0 to 1, not 2");
+        assert_eq!(complaint(|s| s.lgh.interleave = 3), "--interleave must be 1, 2 or 4, not 3");
+        assert_eq!(complaint(|s| s.many_lights.shadow_samples = 17), "--shadow-samples must be from 0 to 16, not 17");
+        assert_eq!(complaint(|s| s.lgh.shadow_from = 11), "--shadow-from must be from 0 to 10, not 11");
     }
 
     #[test]
     fn numbers_that_make_no_sense() {
         for bad in [f32::NAN, f32::INFINITY, -1.0, 0.0] {
-            assert_eq!(complaint(|s| s.lgh.alpha = bad), format!("alpha must be a finite number above 0, not {bad}"));
-            let sentence = format!("exposure must be a finite number above 0, not {bad}");
+            assert_eq!(complaint(|s| s.lgh.alpha = bad), format!("--alpha must be a finite number above 0, not {bad}"));
+            let sentence = format!("--exposure must be a finite number above 0, not {bad}");
             assert_eq!(complaint(|s| s.picture.exposure = Exposure::Fixed(bad)), sentence);
         }
         for bad in [f32::NAN, f32::INFINITY, 32.5, -33.0] {
-            let sentence = format!("exposure-compensation must be from -32 to 32 stops, not {bad}");
+            let sentence = format!("--exposure-compensation must be from -32 to 32 stops, not {bad}");
             assert_eq!(complaint(|s| s.picture.exposure_compensation = bad), sentence);
         }
         for bad in [f32::NAN, 0.0, 0.04, 1.5] {
-            let sentence = format!("render-scale must be `auto` or from 0.05 to 1, not {bad}");
+            let sentence = format!("--render-scale must be `auto` or from 0.05 to 1, not {bad}");
             assert_eq!(complaint(|s| s.window.render_scale = RenderScale::Fixed(bad)), sentence);
         }
         for bad in [f32::NAN, f32::NEG_INFINITY, -0.5] {
             assert_eq!(
                 complaint(|s| s.many_lights.clamp = bad),
-                format!("clamp must be a finite number, 0 or above, not {bad}")
+                format!("--clamp must be a finite number, 0 or above, not {bad}")
             );
         }
     }
@@ -162,34 +164,36 @@ mod tests {
         let sentence = complaint(|s| (s.lgh.lighting, s.lgh.reservoir) = (gather, Some(Reservoir::Lock)));
         assert_eq!(
             sentence,
-            "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes"
+            "--lighting gather has exact reservoirs only: leave --reservoir out, or choose --lighting volumes"
         );
         let sentence =
             complaint(|s| (s.lgh.build, s.lgh.scatter) = (LevelBuild::Scatter, Some(FirstLevelBuild::Sorted)));
         assert_eq!(
             sentence,
-            "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \
-             build"
+            "--build scatter adds lights to every level, by atomic additions only: leave --scatter out, or choose another \
+             --build"
         );
         let sentence = complaint(|s| (s.lgh.levels, s.lgh.shadow_from) = (Levels::Fixed(4), 5));
-        assert_eq!(sentence, "shadow-from 5 lies above the top level, which levels sets to 4");
+        assert_eq!(sentence, "--shadow-from 5 lies above the top level, which --levels sets to 4");
         let sentence = complaint(|s| (s.picture.size, s.lgh.interleave) = (Size { width: 9, height: 3 }, 4));
-        assert_eq!(sentence, "size 9x3 is too small for interleave 4: each side needs at least 4 pixels");
+        assert_eq!(sentence, "--size 9x3 is too small for --interleave 4: each side needs at least 4 pixels");
     }
 
     #[test]
     fn files() {
-        assert_eq!(complaint(|s| s.output.picture = Some("a.jpg".into())), "output a.jpg must end in .exr or .png");
-        assert_eq!(complaint(|s| s.output.picture = Some("png".into())), "output png must end in .exr or .png");
-        assert_eq!(complaint(|s| s.output.timings = Some("a.png".into())), "timings a.png must end in .json or .csv");
+        assert_eq!(complaint(|s| s.output.picture = Some("a.jpg".into())), "--output a.jpg must end in .exr or .png");
+        assert_eq!(complaint(|s| s.output.picture = Some("png".into())), "--output png must end in .exr or .png");
+        assert_eq!(complaint(|s| s.output.timings = vec!["a.png".into()]), "--timings a.png must end in .json or .csv");
         let sentence =
-            complaint(|s| (s.output.picture, s.output.timings) = (Some("a.png".into()), Some("a.png".into())));
-        assert_eq!(sentence, "output and timings are the same file, a.png: give two names");
+            complaint(|s| (s.output.picture, s.output.timings) = (Some("a.png".into()), vec!["a.png".into()]));
+        assert_eq!(sentence, "--output and --timings are the same file, a.png: give two names");
+        let sentence = complaint(|s| s.output.timings = vec!["a.csv".into(), "b.csv".into()]);
+        assert_eq!(sentence, "--timings is given 2 times as .csv: give one");
         let sentence = complaint(|s| (s.output.dump, s.output.picture) = (Some("d".into()), Some("d/a.png".into())));
-        assert_eq!(sentence, "dump d must hold nothing else, and an output would lie in it");
+        assert_eq!(sentence, "--dump d must hold nothing else, and an output would lie in it");
         let sentence = complaint(|s| {
             (s.run.headless, s.run.frames, s.run.warmup, s.output.renderdoc_frame) = (true, 2, 1, Some(3));
         });
-        assert_eq!(sentence, "renderdoc-frame 3 is never reached: the run has 3 frame(s), counted from 0");
+        assert_eq!(sentence, "--renderdoc-frame 3 is never reached: the run has 3 frame(s), counted from 0");
     }
 }

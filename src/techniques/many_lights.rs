@@ -51,7 +51,7 @@ pub(super) fn check_settings(settings: &Settings) -> Result<()> {
     let many_lights = &settings.many_lights;
     if many_lights.lights != LightSet::Scene && many_lights.bounces == 0 {
         return Err(Error::Usage(
-            "bounces 0 leaves no virtual point lights: give at least 1, or choose lights scene".to_owned(),
+            "--bounces 0 leaves no virtual point lights: give at least 1, or choose --lights scene".to_owned(),
         ));
     }
     Ok(())

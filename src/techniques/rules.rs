@@ -42,23 +42,23 @@ fn check_view(technique: &dyn Technique, settings: &Settings) -> Result<()> {
     }
     let view_name = name(&view);
     require(has(technique, view), || {
-        format!("technique {} has no view {view_name}: choose {}", technique.name(), alternatives(view))
+        format!("--technique {} has no --view {view_name}: choose {}", technique.name(), alternatives(view))
     })?;
     require(settings.render.accumulate == 1, || {
-        format!("view {view_name} is of one frame, not of {}: leave accumulate at 1", settings.render.accumulate)
+        format!("--view {view_name} is of one frame, not of {}: leave --accumulate at 1", settings.render.accumulate)
     })?;
     require(view != View::EnvironmentVisibility || settings.environment.samples > 0, || {
-        format!("view {view_name} needs shadow rays towards the environment, and environment-samples 0 leaves none")
+        format!("--view {view_name} needs shadow rays towards the environment, and --environment-samples 0 leaves none")
     })?;
     require(view != View::Direct || settings.render.direct.is_on(), || {
-        format!("view {view_name} needs direct light: leave direct on")
+        format!("--view {view_name} needs direct light: leave --direct on")
     })
 }
 
 /// The techniques that have a view, as a phrase.
 fn alternatives(view: View) -> String {
     let names: Vec<_> = TECHNIQUES.iter().filter(|t| has(**t, view)).map(|t| t.name()).collect();
-    format!("technique {}", names.join(" or "))
+    format!("--technique {}", names.join(" or "))
 }
 
 pub(super) fn require(holds: bool, sentence: impl FnOnce() -> String) -> Result<()> {
@@ -98,43 +98,46 @@ mod tests {
     #[test]
     fn a_missing_view_names_both() {
         let sentence = complaint(|s| (s.render.technique, s.render.view) = (Named::Direct, View::LightsTested));
-        assert_eq!(sentence, "technique direct has no view lights-tested: choose technique lgh");
+        assert_eq!(sentence, "--technique direct has no --view lights-tested: choose --technique lgh");
         let sentence = complaint(|s| (s.render.technique, s.render.view) = (Named::PathTrace, View::Vpls));
-        assert_eq!(sentence, "technique path-trace has no view vpls: choose technique lgh or brute-force");
+        assert_eq!(sentence, "--technique path-trace has no --view vpls: choose --technique lgh or brute-force");
     }
 
     #[test]
     fn settings_in_the_way_of_a_view_are_named() {
         let sentence = complaint(|s| (s.many_lights.shadow_samples, s.render.view) = (0, View::ShadowRatio));
-        assert_eq!(sentence, "view shadow-ratio needs shadow samples, and shadow-samples 0 leaves none");
+        assert_eq!(sentence, "--view shadow-ratio needs shadow samples, and --shadow-samples 0 leaves none");
         let sentence = complaint(|s| (s.many_lights.shadows, s.render.view) = (Switch::Off, View::SelectedLevel));
-        assert_eq!(sentence, "view selected-level needs shadow samples, and shadows off leaves none");
+        assert_eq!(sentence, "--view selected-level needs shadow samples, and --shadows off leaves none");
         let sentence = complaint(|s| (s.lgh.filter, s.render.view) = (ShadowFilter::None, View::ShadowRatioFiltered));
-        assert!(sentence.contains("shadow-ratio-filtered") && sentence.contains("filter none"), "{sentence}");
+        assert!(sentence.contains("shadow-ratio-filtered") && sentence.contains("--filter none"), "{sentence}");
         let sentence = complaint(|s| (s.render.accumulate, s.render.view) = (4, View::Normal));
-        assert_eq!(sentence, "view normal is of one frame, not of 4: leave accumulate at 1");
+        assert_eq!(sentence, "--view normal is of one frame, not of 4: leave --accumulate at 1");
         let sentence = complaint(|s| (s.environment.samples, s.render.view) = (0, View::EnvironmentVisibility));
         assert!(
             sentence.contains("environment-visibility") && sentence.contains("environment-samples 0"),
             "{sentence}"
         );
         let sentence = complaint(|s| (s.render.direct, s.render.view) = (Switch::Off, View::Direct));
-        assert_eq!(sentence, "view direct needs direct light: leave direct on");
+        assert_eq!(sentence, "--view direct needs direct light: leave --direct on");
     }
 
     #[test]
     fn settings_of_another_technique_are_named() {
         let sentence = complaint(|s| (s.render.technique, s.lgh.reservoir) = (Named::Direct, Some(Reservoir::Race)));
-        assert_eq!(sentence, "technique direct has no reservoirs: leave reservoir out, or choose technique lgh");
+        assert_eq!(sentence, "--technique direct has no reservoirs: leave --reservoir out, or choose --technique lgh");
         let volumes = Some(LightingMode::Volumes);
         let sentence = complaint(|s| (s.render.technique, s.lgh.lighting) = (Named::Direct, volumes));
         assert_eq!(
             sentence,
-            "technique direct has no lights of a hierarchy: leave lighting out, or choose technique lgh"
+            "--technique direct has no lights of a hierarchy: leave --lighting out, or choose --technique lgh"
         );
         for lights in [LightSet::Vpl, LightSet::Both] {
             let sentence = complaint(|s| (s.many_lights.bounces, s.many_lights.lights) = (0, lights));
-            assert_eq!(sentence, "bounces 0 leaves no virtual point lights: give at least 1, or choose lights scene");
+            assert_eq!(
+                sentence,
+                "--bounces 0 leaves no virtual point lights: give at least 1, or choose --lights scene"
+            );
         }
     }
 }

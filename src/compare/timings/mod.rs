@@ -114,9 +114,25 @@ impl TimingComparison {
     /// slower by more than `max_percent`. Passes in one file only count with the frame.
     #[must_use]
     pub fn regressions(&self, max_percent: f64) -> Vec<String> {
-        let notable = |pair: &&TimePair| pair.share_percent.is_some_and(|share| share >= NOTABLE_PERCENT);
         let slower = |pair: &TimePair| pair.slower_clause(max_percent);
-        std::iter::once(&self.frame_gpu).chain(self.passes.iter().filter(notable)).filter_map(slower).collect()
+        let notable = self.passes.iter().filter(|pair| pair.is_notable());
+        std::iter::once(&self.frame_gpu).chain(notable).filter_map(slower).collect()
+    }
+
+    /// Whether [`Self::regressions`] looks at a pass or a frame of this comparison.
+    pub(super) fn is_held_to_a_limit(&self, pair: &TimePair) -> bool {
+        pair == &self.frame_gpu || (pair.is_notable() && self.passes.contains(pair))
+    }
+
+    /// The passes of at least [`NOTABLE_PERCENT`] of either frame, and the others together, where they are several.
+    pub(super) fn notable_passes(&self) -> (Vec<TimePair>, Option<TimePair>) {
+        let (notable, others): (Vec<_>, Vec<_>) = self.passes.iter().cloned().partition(TimePair::is_notable);
+        let sum = |ms: fn(&TimePair) -> Option<f64>| others.iter().filter_map(ms).sum::<f64>();
+        let name = format!("{} passes below {NOTABLE_PERCENT} %", others.len());
+        let frames = [&self.frame_gpu.reference_ms, &self.frame_gpu.test_ms].map(|ms| ms.unwrap_or(0.0));
+        let sums = (sum(|pair| pair.reference_ms), sum(|pair| pair.test_ms));
+        let rest = TimePair::new(&name, Some(sums.0), Some(sums.1), (frames[0], frames[1]));
+        if others.len() > 1 { (notable, Some(rest)) } else { (self.passes.clone(), None) }
     }
 }
 
@@ -133,11 +149,18 @@ impl TimePair {
         }
     }
 
+    fn is_notable(&self) -> bool {
+        self.share_percent.is_some_and(|share| share >= NOTABLE_PERCENT)
+    }
+
+    /// Whether it takes longer by more than this.
+    pub(super) fn is_slower(&self, max_percent: f64) -> bool {
+        let times = self.reference_ms.zip(self.test_ms);
+        times.is_some_and(|(before, after)| after - before > before * max_percent / 100.0)
+    }
+
     fn slower_clause(&self, max_percent: f64) -> Option<String> {
-        let (before, after) = self.reference_ms.zip(self.test_ms)?;
-        if after - before <= before * max_percent / 100.0 {
-            return None;
-        }
+        let (before, after) = self.reference_ms.zip(self.test_ms).filter(|_| self.is_slower(max_percent))?;
         let name = &self.name;
         let times = format!("{} against {} ms", number(after), number(before));
         let percent = self.ratio.map_or_else(String::new, |ratio| format!("{} % ", number(100.0 * (ratio - 1.0))));

@@ -19,13 +19,13 @@ settings_group! {
         /// Blending radius of a level, in cells of that level, above 0 [default: 1]
         #[arg(long, value_name = "CELLS", allow_negative_numbers = true)]
         pub alpha: f32 = 1.0,
-        /// How a grid light sends out its flux [default: mixture]
+        /// Emission lobe of a grid light [default: mixture]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "mixture|clamped-normal|sh1|sh1-nonlinear")]
         pub lobe: Lobe = Lobe::Mixture,
-        /// Where a grid light is: the mean of its lights by luminance, or each counting the same [default: intensity]
+        /// Position of a grid light: the mean of its lights weighted by luminance, or unweighted [default: intensity]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "intensity|uniform")]
         pub center: CenterWeight = CenterWeight::Intensity,
-        /// First level that lights: 0 the lights themselves, 1 the finest grid [default: 1]
+        /// Finest level used for lighting: 0 is the lights themselves, 1 the finest grid [default: 1]
         #[arg(long, value_name = "0|1")]
         pub first_level: u32 = 1,
         /// Side of the interleaving pattern, in pixels, 1, 2 or 4 [default: 1]
@@ -48,7 +48,7 @@ settings_group! {
             long, value_enum, hide_possible_values = true, value_name = "descent|deviation", help_heading = "Shadows"
         )]
         pub shadow_points: ShadowPoints = ShadowPoints::Descent,
-        /// What is made of the shadow samples: a ratio that darkens the hierarchy's light as in the paper, the same with
+        /// How shadow samples are turned into light: a ratio that darkens the hierarchy's light as in the paper, the same with
         /// the hierarchy's error taken out, or the unbiased sum of what they find [default: corrected; ratio with
         /// --shadow-points deviation]
         #[arg(
@@ -59,7 +59,7 @@ settings_group! {
             help_heading = "Shadows"
         )]
         pub shadow_estimate: Option<ShadowEstimate> = None,
-        /// How lights reach the pixels: gathered by tiles of pixels, or drawn as volumes [default: gather, volumes with
+        /// How lights are found for pixels: gathered by tiles in compute, or drawn as volumes [default: gather, volumes with
         /// --reservoir race or lock]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "volumes|gather", help_heading = "Shadows")]
         pub lighting: Option<LightingMode> = None,
@@ -98,16 +98,17 @@ impl Validate for LghSettings {
         above_zero("alpha", self.alpha)?;
         within("first-level", self.first_level, 0..=1)?;
         require(matches!(self.interleave, 1 | 2 | 4), || {
-            format!("interleave must be 1, 2 or 4, not {}", self.interleave)
+            format!("--interleave must be 1, 2 or 4, not {}", self.interleave)
         })?;
         within("shadow-from", self.shadow_from, 0..=MAX_LEVEL)?;
         let picks_otherwise = matches!(self.reservoir, Some(Reservoir::Race | Reservoir::Lock));
         require(!picks_otherwise || self.lighting != Some(LightingMode::Gather), || {
-            "lighting gather has exact reservoirs only: leave reservoir out, or choose lighting volumes".to_owned()
+            "--lighting gather has exact reservoirs only: leave --reservoir out, or choose --lighting volumes"
+                .to_owned()
         })?;
         require(self.build != LevelBuild::Scatter || self.scatter != Some(FirstLevelBuild::Sorted), || {
-            "build scatter adds lights to every level, by atomic additions only: leave scatter out, or choose another \
-             build"
+            "--build scatter adds lights to every level, by atomic additions only: leave --scatter out, or choose another \
+             --build"
                 .to_owned()
         })
     }

@@ -20,11 +20,11 @@ settings_group! {
         /// Diffuse bounces of a light path, at most this many, 1 to 64 [default: 3]
         #[arg(long, value_name = "N")]
         pub bounces: u32 = 3,
-        /// Where light paths start: in a scene of which the camera sees the light of a small part, where that light comes
-        /// from, or as many everywhere [default: view]
+        /// Importance sampling of light paths: by the camera's view, in scenes of whose light it sees a small part, or
+        /// uniform [default: view]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "view|none")]
         pub vpl_importance: VplImportance = VplImportance::View,
-        /// Nearer than this a light does not grow brighter: radii of the disc that a VPL stands for; 0 is the reference
+        /// Distance below which a light is clamped, in radii of the disc that a VPL stands for; 0 is unclamped
         /// [default: 1]
         #[arg(long, value_name = "RADII", allow_negative_numbers = true)]
         pub clamp: f32 = 1.0,
@@ -51,7 +51,7 @@ impl Validate for ManyLightSettings {
         at_least_one("vpls", self.vpls)?;
         within("bounces", self.bounces, 0..=64)?;
         require(self.clamp.is_finite() && self.clamp >= 0.0, || {
-            format!("clamp must be a finite number, 0 or above, not {}", self.clamp)
+            format!("--clamp must be a finite number, 0 or above, not {}", self.clamp)
         })?;
         within("shadow-samples", self.shadow_samples, 0..=MAX_SHADOW_SAMPLES)
     }

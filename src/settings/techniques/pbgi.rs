@@ -13,7 +13,7 @@ settings_group! {
         /// Points that stand for the scene's surfaces, a power of two from 4096 to 2097152 [default: 524288]
         #[arg(long, value_name = "N")]
         pub points: u32 = 524_288,
-        /// What fills micro-buffers: a ray for each texel, or points as in the paper [default: rays]
+        /// How micro-buffers are rendered: a ray for each texel, or points splatted as in the paper [default: rays]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "rays|points")]
         pub micro: MicroFill = MicroFill::Rays,
         /// How much of a texel a point covers: its share, or all of it as in the paper [default: fraction]
@@ -26,7 +26,7 @@ settings_group! {
         /// first as in the paper, or as `levels` by its atomic arrivals [default: levels]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "levels|paper|arrival")]
         pub selection: Selection = Selection::Levels,
-        /// Leaves of a point that suns and lamps are looked for from, 1 to 4 [default: 4]
+        /// Leaves of a point that cast shadow rays towards suns and lamps, 1 to 4 [default: 4]
         #[arg(long, value_name = "N")]
         pub sun_leaves: u32 = 4,
     }
@@ -37,12 +37,12 @@ impl Validate for PbgiSettings {
         let fitting = self.points.clamp(MIN_POINTS, MAX_POINTS).next_power_of_two();
         require(self.points == fitting, || {
             format!(
-                "points must be a power of two from {MIN_POINTS} to {MAX_POINTS}, not {}: {fitting} would do",
+                "--points must be a power of two from {MIN_POINTS} to {MAX_POINTS}, not {}: {fitting} would do",
                 self.points
             )
         })?;
         require(self.hemisphere == Hemisphere::Paraboloid || self.micro == MicroFill::Rays, || {
-            "hemisphere concentric needs rays: choose micro rays, or hemisphere paraboloid".to_owned()
+            "--hemisphere concentric needs rays: choose --micro rays, or --hemisphere paraboloid".to_owned()
         })?;
         within("sun-leaves", self.sun_leaves, 1..=POINT_LEAVES)
     }

@@ -110,7 +110,7 @@ pub(super) fn check_shadow_levels(job: &Job<'_>, shape: &LghShape) -> Result<()>
         return Ok(());
     }
     Err(Error::Usage(format!(
-        "shadow-from {from} lies above the top level, which is {top} for these lights: give at most {top}"
+        "--shadow-from {from} lies above the top level, which is {top} for these lights: give at most {top}"
     )))
 }
 

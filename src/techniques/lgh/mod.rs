@@ -52,25 +52,29 @@ impl Technique for Lgh {
         many_lights::check_settings(settings)?;
         let view = settings.render.view;
         if needs_shadows(view) {
-            settings.require_shadow_samples(&format!("view {}", name(&view)))?;
+            settings.require_shadow_samples(&format!("--view {}", name(&view)))?;
         }
         let (estimate, points) = (settings.lgh.shadow_estimate_or_default(), settings.lgh.shadow_points);
         require(estimate == ShadowEstimate::Ratio || points == ShadowPoints::Descent, || {
             let estimate = name(&estimate);
-            format!("shadow-estimate {estimate} needs rays that end on lights: choose shadow-points descent")
+            format!("--shadow-estimate {estimate} needs rays that end on lights: choose --shadow-points descent")
         })?;
         require(view != View::ShadowRatioFiltered || settings.lgh.filter != ShadowFilter::None, || {
             let view = name(&view);
-            format!("view {view} needs a filter, and filter none is none: choose view shadow-ratio, or filter atrous")
+            format!(
+                "--view {view} needs a filter, and --filter none is none: choose --view shadow-ratio, or --filter atrous"
+            )
         })
     }
 
     fn check_unused(&self, settings: &Settings, chosen: &str) -> Result<()> {
         require(settings.lgh.reservoir.is_none(), || {
-            format!("technique {chosen} has no reservoirs: leave reservoir out, or choose technique lgh")
+            format!("--technique {chosen} has no reservoirs: leave --reservoir out, or choose --technique lgh")
         })?;
         require(settings.lgh.lighting.is_none(), || {
-            format!("technique {chosen} has no lights of a hierarchy: leave lighting out, or choose technique lgh")
+            format!(
+                "--technique {chosen} has no lights of a hierarchy: leave --lighting out, or choose --technique lgh"
+            )
         })
     }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ash::vk;
 
-/// Everything that can go wrong, each variant with the exit code documented in the README.
+/// Everything that can go wrong, each variant with the exit code that docs/options.md documents.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Something failed that is neither the user's options nor the device: exit code 1.

@@ -50,7 +50,7 @@ def parser():
         "Needs only Python 3 and a built gridlight. Runs of the cases alternate, so that a machine that is busy for a\n"
         "while harms all alike; medians are quoted. Results of all but 'variants' go to\n"
         "docs/results/<driver>/<benchmark>.json and .md. 'tools/bench BENCHMARK --help' has the options.",
-        epilog="Exit code 0 when all is well, 3 when a limit of cost or honesty does not hold, 2 on wrong usage, 1 "
+        epilog="Exit code 0 on success, 3 when a limit of cost or honesty does not hold, 2 on wrong usage, 1 "
         "when gridlight fails.")
     commands = result.add_subparsers(dest="benchmark", metavar="BENCHMARK", required=True)
     for name, (_, words) in BENCHMARKS.items():

@@ -78,6 +78,9 @@ float plane_distance(CachePlace place, Receiver receiver) {
     return 0.5 * abs(dot(offset, receiver.geometric + place.normal_ws)) / place.reach;
 }
 
+// Of how far a cache reaches, how near counts as being there: less would show single caches as dots.
+const float NEAREST = 0.25;
+
 struct Light {
     vec3 sky;
     vec3 bounce;
@@ -120,7 +123,7 @@ Found gather(Receiver receiver, uint count, float stretch) {
             found.nearest_distance = distance;
         }
         if (distance < stretch && plane_distance(place, receiver) <= WIDEST_STEP * stretch) {
-            float weight = 1.0 / max(distance / stretch, 0.01) - 1.0;
+            float weight = 1.0 / max(distance / stretch, NEAREST) - 1.0;
             Light light = cached_light(sorted[i], place, receiver.normal);
             found.sum.sky += weight * light.sky;
             found.sum.bounce += weight * light.bounce;

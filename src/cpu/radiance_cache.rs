@@ -40,6 +40,9 @@ pub fn cache_distance(place: &CachePlace, position: Vec3, geometric: Vec3) -> [f
     [offset.length() / place.reach + (turned / 0.5).sqrt(), 0.5 * offset.dot(geometric + axis).abs() / place.reach]
 }
 
+/// Of how far a cache reaches, how near counts as being there: less would show single caches as dots.
+const NEAREST: f32 = 0.25;
+
 /// Light at a receiver from all caches there are, `lobes` of each: `None` where none is within `stretch` of its reach.
 #[must_use]
 pub fn gather(
@@ -51,7 +54,7 @@ pub fn gather(
     for (place, lobes) in caches {
         let [distance, plane] = cache_distance(place, position, geometric);
         if distance < stretch && plane <= 0.25 * stretch {
-            let weight = 1.0 / (distance / stretch).max(0.01) - 1.0;
+            let weight = 1.0 / (distance / stretch).max(NEAREST) - 1.0;
             sum += weight * cached_light(place, lobes, normal);
             weights += weight;
         }

@@ -18,7 +18,7 @@ use gridlight::cpu::mark_passing::{Decision, mark_passing};
 use gridlight::cpu::mark_primaries::{DepthView, mark_primaries};
 use gridlight::cpu::pack_keys::pack_keys;
 use gridlight::cpu::point_sides::{PointSides, has_bit};
-use gridlight::cpu::spread_down::spread_down;
+use gridlight::cpu::spread_down::{borrow_down, spread_down};
 use gridlight::gpu::Executor;
 use gridlight::graph::{BufferHandle, ImageInfo};
 use gridlight::passes::point_cut::Hidden;
@@ -52,6 +52,7 @@ struct Left {
     primary: Vec<u32>,
     primaries: Vec<u32>,
     under: Vec<u32>,
+    borrowed: Vec<u32>,
     known: Vec<u32>,
     derived: Vec<u32>,
     needed: Vec<u32>,
@@ -148,6 +149,7 @@ impl Given {
             primary: words(cut.bits),
             primaries: list(cut.primaries.keys, counts.primary_count),
             under: words(selection.under),
+            borrowed: words(selection.borrowed),
             known: words(selection.known),
             derived: words(selection.derived),
             needed: words(selection.needed),
@@ -192,7 +194,17 @@ fn compare_all(given: &Given, left: &Left) -> Verdict {
     let (primaries, primaries_lost) = pack_keys(&left.primary, capacity);
     compare::exact("primaries", &left.primaries, &primaries)?;
     compare::exact("under", &left.under, &spread_down(&sides, &left.primary))?;
-    let gathered = gather_up(&sides, &left.under, &given.seen, given.selection != Selection::Paper);
+    let borrowed = match given.selection {
+        Selection::Borrow => borrow_down(&sides, &left.under, &given.seen),
+        _ => sides.none(),
+    };
+    compare::exact("borrowed", &left.borrowed, &borrowed)?;
+    let gathered = gather_up(
+        &sides,
+        [&left.under, &left.borrowed],
+        &given.seen,
+        [given.selection != Selection::Paper, given.selection == Selection::Borrow],
+    );
     compare::exact("known", &left.known, &gathered.known)?;
     compare::exact("derived", &left.derived, &gathered.derived)?;
     compare::exact("needed", &left.needed, &gathered.needed)?;
@@ -215,8 +227,8 @@ fn compare_all(given: &Given, left: &Left) -> Verdict {
 fn compare_irradiance(given: &Given, sides: &PointSides, left: &Left) -> Verdict {
     let vectors = |numbers: &[f32]| numbers.chunks_exact(3).map(Vec3::from_slice).collect::<Vec<_>>();
     let mut expected = vectors(&given.irradiance);
-    average_children(&given.cloud, sides, &left.derived, &mut expected);
-    copy_down(sides, &left.primary, &left.under, &given.seen, &mut expected);
+    average_children(&given.cloud, sides, [&left.derived, &left.known], &mut expected);
+    copy_down(sides, &left.primary, [&left.under, &left.borrowed], &given.seen, &mut expected);
     let found = vectors(&left.irradiance);
     match sides.keys().find(|key| !compare::near(found[*key as usize], expected[*key as usize], 1e-5)) {
         Some(key) => {

@@ -1,5 +1,5 @@
-// One level of the irradiance that follows from both children's: their mean by the light that they reflect, so that the
-// node reflects as much as they do; the last level has all those of word 0. One thread per word of the level.
+// One level of the irradiance that follows from the children's: the mean of those that lend it by the light that they
+// reflect, so that the node reflects as much as they do; the last level has all those of word 0. One thread per word of the level.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/dispatch.glsl"
@@ -9,6 +9,7 @@ layout(set = 0, binding = 1) uniform utexture2D point_nodes;
 layout(set = 0, binding = 2, std430) readonly buffer PointAlbedos { uint point_albedos[]; };
 layout(set = 0, binding = 3, std430) readonly buffer DerivedBits { uint derived_bits[]; };
 layout(set = 0, binding = 4, std430) buffer PointIrradiance { float point_irradiance[]; };
+layout(set = 0, binding = 5, std430) readonly buffer KnownBits { uint known_bits[]; };
 layout(push_constant) uniform Push { uint first_word; uint word_count; };
 
 #include "common/points.glsl"
@@ -22,6 +23,9 @@ vec3 mean_of_children(uint key) {
     float areas = 0.0;
     for (uint child = 0u; child < 2u; ++child) {
         uint side = child_key(key, child);
+        if ((known_bits[side >> 5u] >> (side & 31u) & 1u) == 0u) {
+            continue;
+        }
         uint node = side >> 1u;
         float area = point_node(node).area;
         vec3 albedo = point_albedo(node);

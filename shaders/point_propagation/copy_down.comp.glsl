@@ -1,4 +1,4 @@
-// Gives the sides that are seen, and lie under a primary point, its irradiance. One thread per word of bits.
+// Gives the sides that are seen, and lie under a primary point, its irradiance, and those that borrow that of their parent. One thread per word of bits.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/dispatch.glsl"
@@ -9,6 +9,7 @@ layout(set = 0, binding = 2, std430) readonly buffer PrimaryBits { uint primary_
 layout(set = 0, binding = 3, std430) readonly buffer UnderBits { uint under_bits[]; };
 layout(set = 0, binding = 4, std430) readonly buffer SeenBits { uint seen_bits[]; };
 layout(set = 0, binding = 5, std430) buffer PointIrradiance { float point_irradiance[]; };
+layout(set = 0, binding = 6, std430) readonly buffer BorrowedBits { uint borrowed_bits[]; };
 layout(push_constant) uniform Push { uint word_count; };
 
 #include "common/points.glsl"
@@ -28,5 +29,9 @@ void main() {
             above = parent_key(above);
         }
         set_irradiance(key, irradiance_of(above));
+    }
+    for (uint left = borrowed_bits[word]; left != 0u; left &= left - 1u) {
+        uint key = 32u * word + uint(findLSB(left));
+        set_irradiance(key, irradiance_of(parent_key(key)));
     }
 }

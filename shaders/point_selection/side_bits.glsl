@@ -23,11 +23,22 @@ uint sides_of_children(uint parents, uint turned) {
     return swap_turned(sides | sides << 2u, turned);
 }
 
-// Sides, 16 bits, of the 8 parents of the nodes of a word both of whose children are in the set.
-uint sides_of_both(uint children, uint turned) {
-    uint sides = swap_turned(children, turned);
-    sides = sides & sides >> 2u & 0x33333333u;
+// Every other pair of bits, close together.
+uint close_pairs(uint sides) {
+    sides &= 0x33333333u;
     sides = (sides | sides >> 2u) & 0x0f0f0f0fu;
     sides = (sides | sides >> 4u) & 0x00ff00ffu;
     return (sides | sides >> 8u) & 0xffffu;
+}
+
+// Sides, 16 bits, of the 8 parents of the nodes of a word both of whose children are in the set.
+uint sides_of_both(uint children, uint turned) {
+    uint sides = swap_turned(children, turned);
+    return close_pairs(sides & sides >> 2u);
+}
+
+// The same of which either child is.
+uint sides_of_either(uint children, uint turned) {
+    uint sides = swap_turned(children, turned);
+    return close_pairs(sides | sides >> 2u);
 }

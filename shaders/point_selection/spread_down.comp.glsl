@@ -1,5 +1,6 @@
-// One level of the sides that are primary points or lie under one; the first level has all those of word 0. One thread per
-// word of the level.
+// One level of the sides that are primary points or lie under one, and of those that are seen and borrow the light of their
+// parent, which is seen too and does not borrow itself; the first level has all those of word 0. One thread per word of the
+// level.
 #include "constants.glsl"
 #include "common/dispatch.glsl"
 layout(local_size_x = WORKGROUP_SIZE) in;
@@ -7,19 +8,30 @@ layout(local_size_x = WORKGROUP_SIZE) in;
 layout(set = 0, binding = 1, std430) readonly buffer TurnedBits { uint turned_bits[]; };
 layout(set = 0, binding = 2, std430) readonly buffer PrimaryBits { uint primary_bits[]; };
 layout(set = 0, binding = 3, std430) buffer UnderBits { uint under_bits[]; };
+layout(set = 0, binding = 4, std430) readonly buffer SeenBits { uint seen_bits[]; };
+layout(set = 0, binding = 5, std430) buffer BorrowedBits { uint borrowed_bits[]; };
 layout(push_constant) uniform Push { uint first_word; uint word_count; };
+layout(constant_id = 0) const uint BORROWS = 1u;
 
 #include "point_selection/side_bits.glsl"
 
+void write_word(uint word, uint under, uint borrowed) {
+    under_bits[word] = under;
+    borrowed_bits[word] = BORROWS != 0u ? borrowed : 0u;
+}
+
 // Word 0, from the root down.
-uint first_levels() {
+void write_first_levels() {
     uint under = primary_bits[0];
+    uint borrowed = 0u;
     for (uint key = 4u; key < 32u; ++key) {
         uint turned = turned_bits[0] >> (key >> 1u) & 1u;
         uint parent = (key >> 2u) << 1u | ((key & 1u) ^ turned);
         under |= (under >> parent & 1u) << key;
+        uint lends = seen_bits[0] & ~under & ~borrowed;
+        borrowed |= (lends >> parent & lends >> key & 1u) << key;
     }
-    return under;
+    write_word(0u, under, borrowed);
 }
 
 void main() {
@@ -29,9 +41,13 @@ void main() {
     }
     uint word = first_word + thread;
     if (word == 0u) {
-        under_bits[0] = first_levels();
+        write_first_levels();
         return;
     }
-    uint parents = under_bits[word >> 1u] >> (16u * (word & 1u)) & 0xffffu;
-    under_bits[word] = primary_bits[word] | sides_of_children(parents, turned_of_word(word));
+    uint above = word >> 1u;
+    uint shift = 16u * (word & 1u);
+    uint turned = turned_of_word(word);
+    uint under = primary_bits[word] | sides_of_children(under_bits[above] >> shift & 0xffffu, turned);
+    uint lends = (seen_bits[above] & ~under_bits[above] & ~borrowed_bits[above]) >> shift & 0xffffu;
+    write_word(word, under, seen_bits[word] & ~under & sides_of_children(lends, turned));
 }

@@ -4,8 +4,14 @@ use glam::Vec3;
 
 use super::point_sides::{PointSides, has_bit};
 
-/// Gives the sides that are seen, and lie under a primary point, its irradiance.
-pub fn copy_down(sides: &PointSides, primary: &[u32], under: &[u32], seen: &[u32], irradiance: &mut [Vec3]) {
+/// Gives the sides that are seen, and lie under a primary point, its irradiance, and those that borrow that of their parent.
+pub fn copy_down(
+    sides: &PointSides,
+    primary: &[u32],
+    [under, borrowed]: [&[u32]; 2],
+    seen: &[u32],
+    irradiance: &mut [Vec3],
+) {
     let is_copied = |key: &u32| has_bit(seen, *key) && has_bit(under, *key) && !has_bit(primary, *key);
     for key in sides.keys().filter(is_copied) {
         let mut above = sides.parent(key);
@@ -13,5 +19,8 @@ pub fn copy_down(sides: &PointSides, primary: &[u32], under: &[u32], seen: &[u32
             above = sides.parent(above);
         }
         irradiance[key as usize] = irradiance[above as usize];
+    }
+    for key in sides.keys().filter(|key| has_bit(borrowed, *key)) {
+        irradiance[key as usize] = irradiance[sides.parent(key) as usize];
     }
 }

@@ -15,6 +15,21 @@ pub fn spread_down(sides: &PointSides, primary_bits: &[u32]) -> Vec<u32> {
     under
 }
 
+/// The sides that borrow the light of their parent: both are seen, neither lies under a primary point, and the parent does
+/// not borrow.
+#[must_use]
+pub fn borrow_down(sides: &PointSides, under: &[u32], seen: &[u32]) -> Vec<u32> {
+    let mut borrowed = sides.none();
+    let is_own = |key: u32, borrowed: &[u32]| has_bit(seen, key) && !has_bit(under, key) && !has_bit(borrowed, key);
+    for key in sides.keys() {
+        let parent = sides.parent(key);
+        if parent >= 2 && is_own(key, &borrowed) && is_own(parent, &borrowed) {
+            set_bit(&mut borrowed, key);
+        }
+    }
+    borrowed
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::point_sides::testing::{random_bits, random_sides};

@@ -1,5 +1,5 @@
 //! `point_propagation`: light from the points that were lit to all others that are seen: upwards the mean of children,
-//! downwards that of the primary point above.
+//! downwards that of the primary point above, or of a parent.
 
 use super::point_cut::PointCut;
 use super::point_selection::PointSelection;
@@ -31,6 +31,7 @@ pub fn add(
             .bind("point_nodes", points.nodes, Access::ComputeSampled)
             .bind("point_albedos", points.albedos, Access::ComputeRead)
             .bind("derived_bits", selection.derived, Access::ComputeRead)
+            .bind("known_bits", selection.known, Access::ComputeRead)
             .bind("point_irradiance", irradiance, Access::ComputeReadWrite);
         frame.graph.add_pass(pass);
     }
@@ -42,6 +43,7 @@ pub fn add(
         .bind("primary_bits", cut.bits, Access::ComputeRead)
         .bind("under_bits", selection.under, Access::ComputeRead)
         .bind("seen_bits", seen, Access::ComputeRead)
+        .bind("borrowed_bits", selection.borrowed, Access::ComputeRead)
         .bind("point_irradiance", irradiance, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
 }

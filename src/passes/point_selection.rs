@@ -14,9 +14,11 @@ use crate::shared::POINT_LIST_NEEDED;
 pub struct PointSelection {
     /// Sides that are primary points or lie under one.
     pub under: BufferHandle,
-    /// Sides whose light is known in the end.
+    /// Sides that borrow their parent's light.
+    pub borrowed: BufferHandle,
+    /// Sides that those above can take light from.
     pub known: BufferHandle,
-    /// Sides whose light is the mean of their children's.
+    /// Sides whose light is the mean of those of their children that are known.
     pub derived: BufferHandle,
     /// Sides that need a micro-buffer of their own.
     pub needed: BufferHandle,
@@ -27,6 +29,7 @@ pub struct PointSelection {
 /// The sets that are found, before the list is made.
 struct Found {
     under: BufferHandle,
+    borrowed: BufferHandle,
     known: BufferHandle,
     derived: BufferHandle,
     needed: BufferHandle,
@@ -54,16 +57,18 @@ pub fn add(
     capacity: u32,
     selection: Selection,
 ) -> PointSelection {
-    let under = spread_down(frame, points, cut);
+    let [under, borrowed] = spread_down(frame, points, cut, seen, selection);
     let [known, derived, needed] =
         ["known_bits", "derived_bits", "needed_bits"].map(|name| points.side_bits(frame, name));
-    let found = Found { under, known, derived, needed };
+    let found = Found { under, borrowed, known, derived, needed };
     match selection {
-        Selection::Levels | Selection::Paper => gather_up(frame, points, cut, seen, &found, selection),
+        Selection::Borrow | Selection::Levels | Selection::Paper => {
+            gather_up(frame, points, cut, seen, &found, selection)
+        }
         Selection::Arrival => climb_arrivals(frame, points, cut, seen, &found),
     }
     let needed_list = point_cut::pack_keys(frame, points, needed, POINT_LIST_NEEDED, capacity, &cut.counts);
-    PointSelection { under, known, derived, needed, needed_list }
+    PointSelection { under, borrowed, known, derived, needed, needed_list }
 }
 
 /// Adds the passes that look upwards, a dispatch for each level of the tree.
@@ -80,12 +85,16 @@ fn gather_up(
         let is_leaf_level = last_word == Some([first_word, word_count]);
         let work = ComputeWork {
             push: vec![first_word, word_count, is_leaf_level.into()],
-            constants: vec![("UNDER_IS_KNOWN", (selection != Selection::Paper).into())],
+            constants: vec![
+                ("UNDER_IS_KNOWN", (selection != Selection::Paper).into()),
+                ("BORROWS", (selection == Selection::Borrow).into()),
+            ],
             ..shader("point_selection/gather_up", threads(word_count))
         };
         let pass = frame
             .compute(&format!("point_selection/gather_up/{first_word}"), work)
-            .with(|pass| found.found_by(pass, points, cut, seen));
+            .with(|pass| found.found_by(pass, points, cut, seen))
+            .bind("borrowed_bits", found.borrowed, Access::ComputeRead);
         frame.graph.add_pass(pass);
     }
 }
@@ -105,18 +114,31 @@ fn climb_arrivals(frame: &mut Frame, points: &Points, cut: &PointCut, seen: Buff
     frame.graph.add_pass(pass);
 }
 
-/// Adds the passes that find what lies under primary points.
-fn spread_down(frame: &mut Frame, points: &Points, cut: &PointCut) -> BufferHandle {
-    let under = points.side_bits(frame, "under_bits");
+/// Adds the passes that find what lies under primary points, and then what borrows light.
+fn spread_down(
+    frame: &mut Frame,
+    points: &Points,
+    cut: &PointCut,
+    seen: BufferHandle,
+    selection: Selection,
+) -> [BufferHandle; 2] {
+    let [under, borrowed] = ["under_bits", "borrowed_bits"].map(|name| points.side_bits(frame, name));
+    let constants = vec![("BORROWS", (selection == Selection::Borrow).into())];
     for [first_word, word_count] in points.levels() {
         let push = vec![first_word, word_count];
-        let work = ComputeWork { push, ..shader("point_selection/spread_down", threads(word_count)) };
+        let work = ComputeWork {
+            push,
+            constants: constants.clone(),
+            ..shader("point_selection/spread_down", threads(word_count))
+        };
         let pass = frame
             .compute(&format!("point_selection/spread_down/{first_word}"), work)
             .bind("turned_bits", points.turned, Access::ComputeRead)
             .bind("primary_bits", cut.bits, Access::ComputeRead)
-            .bind("under_bits", under, Access::ComputeReadWrite);
+            .bind("under_bits", under, Access::ComputeReadWrite)
+            .bind("seen_bits", seen, Access::ComputeRead)
+            .bind("borrowed_bits", borrowed, Access::ComputeReadWrite);
         frame.graph.add_pass(pass);
     }
-    under
+    [under, borrowed]
 }

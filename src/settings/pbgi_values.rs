@@ -37,6 +37,8 @@ pub enum Hemisphere {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Selection {
+    /// As `levels`; and points that are seen borrow the light of the point above or below, if that is lit.
+    Borrow,
     /// Level by level: down from primary points first, so that what lies under them helps on the way up.
     Levels,
     /// Level by level, upwards first, as in the paper: never fewer points.

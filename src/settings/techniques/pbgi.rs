@@ -22,10 +22,11 @@ settings_group! {
         /// How micro-buffers divide the hemisphere: a paraboloid as in the paper, or the concentric map [default: paraboloid]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "paraboloid|concentric")]
         pub hemisphere: Hemisphere = Hemisphere::Paraboloid,
-        /// How points that need a micro-buffer of their own are found: by levels downwards first, upwards
-        /// first as in the paper, or as `levels` by its atomic arrivals [default: levels]
-        #[arg(long, value_enum, hide_possible_values = true, value_name = "levels|paper|arrival")]
-        pub selection: Selection = Selection::Levels,
+        /// How points that need a micro-buffer of their own are found: by levels downwards first, alone or with light
+        /// that is borrowed from the point above or below; upwards first as in the paper; or as `levels` by its atomic
+        /// arrivals [default: borrow]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "borrow|levels|paper|arrival")]
+        pub selection: Selection = Selection::Borrow,
         /// Leaves of a point that cast shadow rays towards suns and lamps, 1 to 4 [default: 4]
         #[arg(long, value_name = "N")]
         pub sun_leaves: u32 = 4,

@@ -81,8 +81,14 @@ pub(super) const POINTS: &[Entry] = &[
     ),
     buffer("point_needed", "key", needed_keys, "The keys of the points that need a micro-buffer, in ascending order."),
     buffer("under_bits", "bits", all_words, "One bit for each key, 1 where it is a primary point or lies under one."),
-    buffer("known_bits", "bits", all_words, "One bit for each key, 1 where its light is known in the end."),
-    buffer("derived_bits", "bits", all_words, "One bit for each key, 1 where its light is the mean of its children's."),
+    buffer("borrowed_bits", "bits", all_words, "One bit for each key, 1 where it takes the light of its parent."),
+    buffer("known_bits", "bits", all_words, "One bit for each key, 1 where keys above can take light from it."),
+    buffer(
+        "derived_bits",
+        "bits",
+        all_words,
+        "One bit for each key, 1 where its light is the mean of those of its children that are known.",
+    ),
     buffer("needed_bits", "bits", all_words, "One bit for each key, 1 where it needs a micro-buffer of its own."),
     buffer(
         "primary_leaves",

@@ -63,7 +63,7 @@ pub fn add(
     let found = Found { under, borrowed, known, derived, needed };
     match selection {
         Selection::Borrow | Selection::Levels | Selection::Paper => {
-            gather_up(frame, points, cut, seen, &found, selection)
+            gather_up(frame, points, cut, seen, &found, selection);
         }
         Selection::Arrival => climb_arrivals(frame, points, cut, seen, &found),
     }

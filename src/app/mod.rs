@@ -86,7 +86,9 @@ fn open_window(settings: Settings, script: Option<&Path>) -> Result<()> {
 
 #[cfg(not(feature = "window"))]
 fn open_window(_: Settings, _: Option<&Path>) -> Result<()> {
-    Err(crate::Error::Usage("this build has no window: add --headless to render without one".to_owned()))
+    Err(crate::Error::Usage(
+        "this build has no window: `cargo build --release` makes one that has; --headless renders without".to_owned(),
+    ))
 }
 
 /// Prints on stdout. A reader that has gone away is no failure.

@@ -374,7 +374,7 @@ pub(crate) mod tests {
     fn json_has_every_setting_even_unset_ones() {
         let json: serde_json::Value = serde_json::from_slice(&report().to_json().unwrap()).unwrap();
         let settings = json["settings"].as_object().unwrap();
-        assert_eq!(settings.len(), 58);
+        assert_eq!(settings.len(), Settings::keys().count());
         assert!(settings["camera"].is_null() && settings["reservoir"].is_null());
         assert_eq!(settings["clamp"], 1.0);
         assert_eq!(settings["size"], "1280x720");

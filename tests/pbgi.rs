@@ -5,7 +5,7 @@ mod common;
 use std::f32::consts::PI;
 
 use common::compare::{near, within};
-use common::points::{Rendered, render, under_sky};
+use common::points::{Rendered, render, surface_at, under_sky};
 use common::rooms::{add_quad, camera};
 use glam::{Vec2, Vec3};
 use gridlight::cpu::micro_buffers::{Looking, micro_frame, place_of_leaf_key, seen_key, unpack_leaf};
@@ -13,7 +13,7 @@ use gridlight::cpu::radiance_cache::{convolve_lobes, gather};
 use gridlight::micro_buffers::{LOBES, table};
 use gridlight::scene::bvh::{BinaryBvh, Ray, build_binary};
 use gridlight::scene::testing::{box_room, diffuse, plane, scene_from_quads};
-use gridlight::scene::{Camera, Light, Scene};
+use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Hemisphere, MicroFill, Settings, Size, Switch, Technique};
 use gridlight::shared::{CacheCounts, CachePlace, MicroTexel, PRIMARY_EDGE};
 
@@ -317,18 +317,6 @@ fn micro_buffers_are_those_of_the_twin() {
     assert!(covered > 1000 && different * 200 <= covered, "{different} of {compared}, of which {covered} see anything");
 }
 
-/// Position and normal, towards the eye, of what a pixel shows.
-fn seen(bvh: &BinaryBvh, camera: &Camera, size: Size, index: usize) -> Option<[Vec3; 2]> {
-    let [x, y] = [index as u32 % size.width, index as u32 / size.width].map(|i| i as f32 + 0.5);
-    let half = (camera.yfov_rad * 0.5).tan();
-    let across = (x / size.width as f32 * 2.0 - 1.0) * half * size.width as f32 / size.height as f32;
-    let up = (1.0 - y / size.height as f32 * 2.0) * half;
-    let direction = camera.forward_ws + camera.right_ws * across + camera.up_ws * up;
-    let hit = bvh.trace_closest(&Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX })?;
-    // All surfaces are level.
-    Some([camera.position_ws + direction * hit.t, Vec3::new(0.0, -direction.y.signum(), 0.0)])
-}
-
 #[test]
 fn pixels_are_those_of_the_twin() {
     let scene = under_a_roof();
@@ -338,7 +326,7 @@ fn pixels_are_those_of_the_twin() {
     let size = small().picture.size;
     let mut compared = 0;
     for index in (0..rendered.radiance.len()).step_by(37) {
-        let Some([position, normal]) = seen(&bvh, &scene.cameras[0], size, index) else { continue };
+        let Some([position, normal]) = surface_at(&scene, &bvh, size, index) else { continue };
         let Some(light) = gather(&caches, [position, normal, normal], 1.0) else { continue };
         let found = rendered.radiance[index];
         assert!(near(found, light / PI, 2e-3), "pixel {index}: {found}, not {}", light / PI);

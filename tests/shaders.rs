@@ -175,6 +175,11 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
         }
     }
     for view in View::value_variants().iter().filter(|view| **view != View::Final) {
+        let shown = small().changed(|s| s.render.view = *view);
+        if gridlight::techniques::check(&shown).is_err() {
+            modes.push(shown.changed(|s| s.render.technique = Technique::Pbgi));
+            continue;
+        }
         for (lighting, reservoir) in lightings(reservoirs) {
             modes.push(small().changed(|s| {
                 s.render.view = *view;

@@ -11,3 +11,6 @@ vec3 srgb_decode(vec3 encoded) {
     vec3 high = pow((encoded + 0.055) / 1.055, vec3(2.4));
     return mix(high, encoded / 12.92, lessThanEqual(encoded, vec3(0.04045)));
 }
+
+// Of a colour 0xRRGGBB.
+vec3 unpack_color(uint packed_color) { return unpackUnorm4x8(packed_color).zyx; }

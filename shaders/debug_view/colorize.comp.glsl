@@ -16,8 +16,6 @@ layout(set = 0, binding = 3, rgba8) uniform writeonly image2D out_picture;
 // sRGB colours 0xRRGGBB: of pixels without a value (a < 0), then `count` from the lower end to the upper.
 layout(push_constant) uniform Push { uint count; uint none; uint colors[MAX_LEVEL + 1u]; };
 
-vec3 unpack_color(uint packed_color) { return unpackUnorm4x8(packed_color).zyx; }
-
 vec3 mapped(float value) {
     float at = clamp(value / max(scale[0], 1e-20), 0.0, 1.0) * float(count - 1u);
     uint below = min(uint(at), count - 2u);

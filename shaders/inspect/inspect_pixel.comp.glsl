@@ -14,6 +14,8 @@ layout(local_size_x = WORKGROUP_SIZE) in;
 
 #include "shared/InspectedSample.glsl"
 
+#include "shared/InspectedTexel.glsl"
+
 #include "shared/InspectedPixel.glsl"
 
 layout(push_constant) uniform Push { uint index_bits; uint flags; };

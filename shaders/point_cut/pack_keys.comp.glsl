@@ -1,10 +1,11 @@
-// Lists the keys of a set in ascending order, and tells how many there are. One thread per word of bits.
+// Lists the keys of a set in ascending order, and tells how many there are; those that have no room leave the set. One thread
+// per word of bits.
 #include "constants.glsl"
 #include "common/dispatch.glsl"
 #include "shared/PointCounts.glsl"
 layout(local_size_x = WORKGROUP_SIZE) in;
 
-layout(set = 0, binding = 1, std430) readonly buffer Bits { uint bits[]; };
+layout(set = 0, binding = 1, std430) buffer Bits { uint bits[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Ranks { uint ranks[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Keys { uint keys[]; };
 layout(set = 0, binding = 4, std430) buffer Counts { PointCounts counts; };
@@ -35,8 +36,12 @@ void main() {
         return;
     }
     uint place = ranks[word];
-    for (uint left = bits[word]; left != 0u && place < capacity; left &= left - 1u) {
+    uint left = bits[word];
+    for (; left != 0u && place < capacity; left &= left - 1u) {
         keys[place++] = 32u * word + uint(findLSB(left));
+    }
+    if (left != 0u) {
+        bits[word] &= ~left;
     }
     if (word == 0u) {
         count_keys();

@@ -62,7 +62,7 @@ mod tests {
             }
         }
         let script = completions(&CompletionsArgs { shell: Shell::Bash, help: None });
-        assert!(script.contains("brute-force") && script.contains(" vpls all"), "{script}");
+        assert!(script.contains("brute-force") && script.contains(" cache-misses all"), "{script}");
     }
 
     #[test]

@@ -52,7 +52,8 @@ fn image_info(frame: &Frame, format: vk::Format) -> ImageInfo {
     ImageInfo::new(format, frame.shape.width_px, frame.shape.height_px)
 }
 
-fn values_image(frame: &mut Frame) -> ImageHandle {
+/// The numbers of a view.
+pub(super) fn values_image(frame: &mut Frame) -> ImageHandle {
     let info = image_info(frame, vk::Format::R32G32B32A32_SFLOAT);
     frame.graph.persistent_image("view_values", info)
 }
@@ -211,11 +212,10 @@ pub fn draw_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffer, lig
 /// Adds the passes that make a picture of values by the view's colour map, or of colours and directions as such. The
 /// "exposure" of such a picture is the upper end of its scale.
 pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMapped {
-    let scale = frame.graph.persistent_buffer("view_scale", 16);
     let map = color_map(view);
-    if let Some(end) = map.map_or(Some(1.0), |map| map.end) {
-        frame.clear(&[(scale, end.to_bits())]);
-    } else {
+    let known_end = map.map_or(Some(1.0), |map| map.end);
+    let scale = scale(frame, known_end.unwrap_or(0.0));
+    if known_end.is_none() {
         let pass = frame
             .compute("debug_view/measure_scale", shader("debug_view/measure_scale", Dispatch::groups(1)))
             .bind("values_image", values, Access::ComputeSampled)
@@ -227,15 +227,10 @@ pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMappe
         (None, View::Normal) => Coding::Direction,
         (None, _) => Coding::LinearColor,
     };
-    let colors = map.map_or(&LEVEL_COLORS[..], |map| map.colors);
-    let mut push = vec![colors.len() as u32, NO_VALUE];
-    push.extend(colors);
-    push.resize(2 + MAX_COLORS, 0);
-    let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
-    let picture = frame.graph.persistent_image("picture", info);
+    let picture = picture(frame);
     let work = ComputeWork {
         constants: vec![("CODING", coding as u32)],
-        push,
+        push: palette(view),
         ..shader("debug_view/colorize", frame.per_pixel())
     };
     let pass = frame
@@ -247,12 +242,33 @@ pub fn colorize(frame: &mut Frame, view: View, values: ImageHandle) -> ToneMappe
     ToneMapped { picture, exposure: scale, is_exposed: false }
 }
 
+/// The upper end of a view's scale, with this value at the start of the frame.
+pub(super) fn scale(frame: &mut Frame, end: f32) -> BufferHandle {
+    let scale = frame.graph.persistent_buffer("view_scale", 16);
+    frame.clear(&[(scale, end.to_bits())]);
+    scale
+}
+
+/// The picture that a view makes.
+pub(super) fn picture(frame: &mut Frame) -> ImageHandle {
+    let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
+    frame.graph.persistent_image("picture", info)
+}
+
+/// The colours of a view as shaders are told them: how many, that of no value, then theirs.
+pub(super) fn palette(view: View) -> Vec<u32> {
+    let colors = color_map(view).map_or(&LEVEL_COLORS[..], |map| map.colors);
+    let mut push = vec![colors.len() as u32, NO_VALUE];
+    push.extend(colors);
+    push.resize(2 + MAX_COLORS, 0);
+    push
+}
+
 /// Adds the passes that lay points over the dimmed picture of direct light, with a little albedo.
 pub fn overlay_points(frame: &mut Frame, gbuffer: &GBuffer, points: ImageHandle, direct: ImageHandle) -> ToneMapped {
     let exposure = tone_map::measure_exposure(frame, "exposure", gbuffer, points);
     let direct_exposure = tone_map::measure_exposure(frame, "direct_exposure", gbuffer, direct);
-    let info = image_info(frame, vk::Format::R8G8B8A8_UNORM);
-    let picture = frame.graph.persistent_image("picture", info);
+    let picture = picture(frame);
     let pass = frame
         .compute("debug_view/overlay_points", shader("debug_view/overlay_points", frame.per_pixel()))
         .bind("points_image", points, Access::ComputeSampled)

@@ -1,9 +1,13 @@
 //! `inspect`: everything about one pixel, for the window's inspector: surface, lights by level, shadow samples.
 
+use super::cache_tiles::CacheTiles;
 use super::compose::Indirect;
 use super::direct_light::DirectLight;
 use super::gbuffer::GBuffer;
 use super::lgh_shape::LghShape;
+use super::micro_buffers::{GatherTables, MicroBuffers};
+use super::points::Points;
+use super::radiance_cache::Caches;
 use super::shadow_rays::{self, Samples};
 use super::{Frame, shader};
 use crate::gpu::{ComputeWork, Dispatch, Work};
@@ -19,6 +23,21 @@ pub struct InspectorInputs {
     pub direct: Option<DirectLight>,
     /// Indirect light.
     pub indirect: Option<Indirect>,
+}
+
+/// What a frame has of points and of the light that they cache.
+#[derive(Clone, Copy, Debug)]
+pub struct InspectedLight {
+    /// The points.
+    pub points: Points,
+    /// What primary points see.
+    pub micro_buffers: MicroBuffers,
+    /// Light of points.
+    pub irradiance: BufferHandle,
+    /// The caches.
+    pub caches: Caches,
+    /// The caches by tile.
+    pub tiles: CacheTiles,
 }
 
 /// Adds the pass, one workgroup that looks at the pixel named in the frame's constants; gives an [`InspectedPixel`]
@@ -50,6 +69,28 @@ pub fn add_with_lights(
     let work = ComputeWork { push: vec![flags(inputs)], ..work };
     let pass = shadow_rays::sampling(frame, shape, "inspect", work, gbuffer, samples);
     finish(frame, pass, gbuffer, inputs)
+}
+
+/// Adds the pass that looks at the caches of light of the pixel, and at what one of them sees, into an [`InspectedPixel`].
+pub fn add_caches(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    caches: &InspectedLight,
+    tables: &GatherTables,
+    inspected: BufferHandle,
+) {
+    let pass = frame
+        .compute("inspect/inspect_caches", shader("inspect/inspect_caches", Dispatch::groups(1)))
+        .with(|pass| caches.micro_buffers.read_by(pass, tables))
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
+        .bind("point_albedos", caches.points.albedos, Access::ComputeRead)
+        .bind("point_irradiance", caches.irradiance, Access::ComputeRead)
+        .bind("cache_places", caches.caches.places, Access::ComputeRead)
+        .bind("reference_starts", caches.tiles.starts, Access::ComputeRead)
+        .bind("cache_references", caches.tiles.references, Access::ComputeRead)
+        .bind("inspected", inspected, Access::ComputeReadWrite);
+    frame.graph.add_pass(pass);
 }
 
 /// Which images there are (`inspect/inspect_pixel.comp.glsl`).

@@ -35,6 +35,7 @@ pub mod point_cut;
 pub mod point_light;
 pub mod point_propagation;
 pub mod point_selection;
+pub mod point_view;
 pub mod points;
 pub mod present;
 pub mod radiance_cache;

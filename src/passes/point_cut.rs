@@ -106,7 +106,7 @@ fn drop_hidden(frame: &mut Frame, points: &Points, bits: BufferHandle) {
     frame.graph.add_pass(pass);
 }
 
-/// Adds the passes that list the keys of a set of sides.
+/// Adds the passes that list the keys of a set of sides; those that have no room leave it.
 pub fn pack_keys(
     frame: &mut Frame,
     points: &Points,
@@ -125,7 +125,7 @@ pub fn pack_keys(
     let work = ComputeWork { push, ..shader("point_cut/pack_keys", threads(word_count)) };
     let pass = frame
         .compute(&format!("point_cut/pack_keys/{what}"), work)
-        .bind("bits", bits, Access::ComputeRead)
+        .bind("bits", bits, Access::ComputeReadWrite)
         .bind("ranks", ranks, Access::ComputeRead)
         .bind("keys", keys, Access::ComputeWrite)
         .bind("counts", counts.counts, Access::ComputeReadWrite)

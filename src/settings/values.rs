@@ -141,6 +141,20 @@ pub enum View {
     LevelWeights,
     /// Virtual point lights as points.
     Vpls,
+    /// Primary points as discs, by their level in the tree.
+    PrimaryPoints,
+    /// The same from above, with the camera.
+    PrimaryPointsAbove,
+    /// Points that primary points see as discs, by where their light comes from.
+    SecondaryPoints,
+    /// The same from above, with the camera.
+    SecondaryPointsAbove,
+    /// Caches that light each pixel.
+    CacheCount,
+    /// The weights of those caches.
+    CacheWeights,
+    /// Pixels that lie in no cache's reach.
+    CacheMisses,
 }
 
 /// Which lights enter the hierarchy.

@@ -34,6 +34,7 @@ type VariantSpec = (&'static str, &'static [(&'static str, &'static str)]);
 /// variants; everything else is a specialization constant.
 const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("atrous/filter_shadows.comp.glsl", FILTERS),
+    ("cache_gather/shade_tiles.comp.glsl", CACHES),
     ("exclusive_scan/reduce_blocks.comp.glsl", SCANNED),
     ("exclusive_scan/scan_blocks.comp.glsl", SCANNED),
     ("light_gather/shade_tiles.comp.glsl", GATHERS),
@@ -59,6 +60,9 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
 
 /// A file with only itself as its variant.
 const PLAIN: &[VariantSpec] = &[("", &[])];
+
+/// Light of the caches, or which they are.
+const CACHES: &[VariantSpec] = &[("", &[]), ("_show", &[("SHOW_CACHES", "1")])];
 
 /// What is summed: set bits, or words as numbers.
 const SCANNED: &[VariantSpec] = &[("", &[]), ("_values", &[("SCAN_VALUES", "1")])];

@@ -9,7 +9,8 @@ mod texels;
 
 pub use structs::{
     ALL as STRUCTS, CacheCounts, CachePlace, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel,
-    InspectedPixel, InspectedSample, LEVEL_ROWS, MicroTexel, PointCounts, PunctualLight, StartCell, StartSample,
+    InspectedPixel, InspectedSample, InspectedTexel, LEVEL_ROWS, MicroTexel, PointCounts, PunctualLight, ShownPoint,
+    StartCell, StartSample,
 };
 
 pub use table::{FieldInfo, FieldKind, SharedStruct, StructInfo};
@@ -121,6 +122,24 @@ shared_constants! {
     POINT_IS_SOLID = 0x4000_0000;
     /// Flag there: its normal opposes its parent's, so that the two name their sides the other way round.
     POINT_IS_TURNED = 0x8000_0000;
+    /// Most points that a view draws: they fill 128 MiB.
+    MOST_SHOWN_POINTS = 4_194_304;
+    /// A point with a micro-buffer of its own.
+    LIGHT_OF_ITS_OWN = 0;
+    /// A point that has the mean of its children's light.
+    LIGHT_OF_CHILDREN = 1;
+    /// A point that is a primary point or lies under one, and has its light.
+    LIGHT_OF_PRIMARY = 2;
+    /// A point that borrows the light of the one above.
+    LIGHT_OF_PARENT = 3;
+    /// A pixel with caches in whose reach it lies.
+    CACHES_IN_REACH = 0;
+    /// A pixel with caches in twice whose reach it lies.
+    CACHES_STRETCHED = 1;
+    /// A pixel that has the light of the nearest cache.
+    CACHES_NEAREST = 2;
+    /// A pixel without any.
+    CACHES_NONE = 3;
     /// The list of keys that has the primary points.
     POINT_LIST_PRIMARIES = 0;
     /// The list of keys that need a micro-buffer of their own.

@@ -6,7 +6,7 @@ use std::mem::offset_of;
 use bytemuck::{Pod, Zeroable};
 
 use super::table::{FieldInfo, FieldType, SharedStruct, StructInfo, shared_structs};
-use super::{MAX_LEVEL, MAX_SHADOW_SAMPLES};
+use super::{MAX_LEVEL, MAX_SHADOW_SAMPLES, PRIMARY_EDGE};
 
 /// Rows of [`FrameData::levels`].
 pub const LEVEL_ROWS: usize = MAX_LEVEL as usize + 2;
@@ -167,6 +167,18 @@ shared_structs! {
         pub padding: u32,
     }
 
+    /// A point as views draw it.
+    pub struct ShownPoint as "ShownPoint" {
+        /// On its surface.
+        pub position_ws: [f32; 3],
+        /// Of a disc of its area, in metres.
+        pub radius: f32,
+        /// Unit normal of its side.
+        pub normal: [f32; 3],
+        /// What is told of it << 24 | key.
+        pub number_and_key: u32,
+    }
+
     /// What the caches were not enough for.
     pub struct CacheCounts as "CacheCounts" {
         /// Caches that tiles had no room for.
@@ -308,6 +320,14 @@ shared_structs! {
         pub distance: f32,
     }
 
+    /// A texel of a micro-buffer of an inspected pixel.
+    pub struct InspectedTexel as "InspectedTexel" {
+        /// Of the environment and of surfaces.
+        pub radiance: [f32; 3],
+        /// How much of it surfaces cover; -1 where no direction lies in it.
+        pub coverage: f32,
+    }
+
     /// Everything about one pixel (pass `inspect`). Only `pixel`, `found` and `radiance` where there is no surface.
     pub struct InspectedPixel as "InspectedPixel" {
         /// The pixel, row 0 at the top.
@@ -346,11 +366,24 @@ shared_structs! {
         pub levels: [InspectedLevel; MAX_LEVEL as usize + 1],
         /// By reservoir.
         pub samples: [InspectedSample; MAX_SHADOW_SAMPLES as usize],
+        /// Caches of light that light it.
+        pub cache_count: u32,
+        /// The one of them that counts most, by its place among the primary points.
+        pub cache_slot: u32,
+        /// Its key.
+        pub cache_key: u32,
+        /// Its share in the light.
+        pub cache_share: f32,
+        /// What it sees, row by row.
+        pub cache_texels: [InspectedTexel; (PRIMARY_EDGE * PRIMARY_EDGE) as usize],
     }
 }
 
 const _: () = {
-    assert!(size_of::<InspectedPixel>() == 160 + 32 * (MAX_LEVEL + 1 + MAX_SHADOW_SAMPLES) as usize);
+    assert!(
+        size_of::<InspectedPixel>()
+            == 176 + 32 * (MAX_LEVEL + 1 + MAX_SHADOW_SAMPLES) as usize + 16 * (PRIMARY_EDGE * PRIMARY_EDGE) as usize
+    );
     assert!(size_of::<GpuMaterial>() == 32);
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);

@@ -32,6 +32,19 @@ pub struct InspectorTable {
     pub rows: Vec<Vec<Cell>>,
 }
 
+/// A small square picture in the window's inspector.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InspectorImage {
+    /// What it shows.
+    pub name: &'static str,
+    /// The same in a sentence.
+    pub help: &'static str,
+    /// Pixels of a row, and rows.
+    pub edge: u32,
+    /// sRGB colours, `0xRRGGBB`, row by row; `None` is nothing.
+    pub colors: Vec<Option<u32>>,
+}
+
 /// A cell of such a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {

@@ -21,7 +21,7 @@ use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
 
 pub use brute_force::BruteForceShape;
-pub use counts::{Cell, Count, InspectorTable};
+pub use counts::{Cell, Count, InspectorImage, InspectorTable};
 pub use rules::{check, check_with};
 pub use shape::{Added, AddedView, AnyShape, InspectPass, Shapes, TechniqueOutputs, TechniqueShape};
 
@@ -114,7 +114,14 @@ pub fn of(settings: &Settings) -> Result<&'static dyn Technique> {
 #[cfg(test)]
 pub(crate) mod testing {
     use super::*;
+    use std::sync::Arc;
+
+    use super::pbgi::PbgiReferenceShape;
     use crate::passes::light_shape::LightShape;
+    use crate::passes::pbgi_shape::PbgiShape;
+    use crate::points::PointCloud;
+    use crate::scene::testing::plane;
+    use crate::settings::{Coverage, Hemisphere, MicroFill, Selection};
 
     /// Shapes of the techniques that have few sizes.
     pub fn all_shapes(lights: LightShape) -> [Box<dyn TechniqueShape>; 3] {
@@ -123,5 +130,21 @@ pub(crate) mod testing {
             Box::new(brute_force::BruteForceShape(lights)),
             Box::new(path_trace::PathTraceShape { samples: 2 }),
         ]
+    }
+
+    /// Shapes of point-based global illumination, with every pass that it can have.
+    pub fn pbgi_shapes() -> [Box<dyn TechniqueShape>; 3] {
+        let rays = PbgiShape {
+            cloud: Arc::new(PointCloud::of_scene(&plane(1.0), 6).unwrap()),
+            primary_capacity: 16,
+            reference_capacity: 64,
+            micro: MicroFill::Rays,
+            coverage: Coverage::Fraction,
+            hemisphere: Hemisphere::Paraboloid,
+            selection: Selection::Levels,
+            environment_means: vec![[0.0; 4]; 4].into(),
+        };
+        let points = PbgiShape { micro: MicroFill::Points, selection: Selection::Arrival, ..rays.clone() };
+        [Box::new(rays.clone()), Box::new(points), Box::new(PbgiReferenceShape(rays))]
     }
 }

@@ -89,9 +89,14 @@ mod tests {
     }
 
     #[test]
-    fn the_default_technique_has_every_view() {
+    fn the_default_technique_or_that_of_points_has_every_view() {
         for view in View::value_variants() {
-            check(&Settings::default().changed(|s| s.render.view = *view)).unwrap();
+            let has = |technique| {
+                let settings =
+                    Settings::default().changed(|s| (s.render.technique, s.render.view) = (technique, *view));
+                check(&settings).is_ok()
+            };
+            assert!(has(Named::Lgh) || has(Named::Pbgi), "{view:?}");
         }
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value};
 
-use super::{Count, InspectorTable, Technique};
+use super::{Count, InspectorImage, InspectorTable, Technique};
 use crate::dump::{Derived, DumpContext};
 use crate::graph::{BufferHandle, ImageHandle};
 use crate::job::Job;
@@ -65,6 +65,11 @@ pub trait TechniqueShape: AnyShape + Debug + Send + Sync {
 
     /// What it tells about an inspected pixel, besides surface and light.
     fn inspector_tables(&self, _pixel: &InspectedPixel) -> Vec<InspectorTable> {
+        Vec::new()
+    }
+
+    /// Pictures that it has of an inspected pixel.
+    fn inspector_images(&self, _pixel: &InspectedPixel) -> Vec<InspectorImage> {
         Vec::new()
     }
 

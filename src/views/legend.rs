@@ -2,7 +2,7 @@
 
 use font8x8::{BASIC_FONTS, UnicodeFonts};
 
-use super::{LEVEL_COLORS, Scale};
+use super::{Patch, Scale};
 
 /// Edge of a character at scale 1.
 const GLYPH_PX: u32 = 8;
@@ -10,8 +10,10 @@ const GLYPH_PX: u32 = 8;
 const GAP_PX: u32 = 3;
 /// Length of a colour bar, at scale 1.
 const BAR_PX: u32 = 128;
-/// Width of a level's patch, at scale 1: two digits and some room.
-const PATCH_PX: u32 = 20;
+/// Least width of a patch, at scale 1: two digits and some room.
+const PATCH_PX: u32 = 18;
+/// Between patches, and around their words.
+const PATCH_GAP_PX: u32 = 2;
 const TEXT: u32 = 0xffffff;
 const BACKGROUND: u32 = 0x101014;
 
@@ -56,7 +58,7 @@ pub fn draw(canvas: &mut Canvas<'_>, title: &str, scale: &Scale) {
     let unit = (canvas.width_px / 480).clamp(1, 4);
     let content_px = match scale {
         Scale::Bar { .. } => BAR_PX,
-        Scale::Levels { first, last } => PATCH_PX * (last + 1 - first),
+        Scale::Patches(patches) => patches.iter().map(|patch| patch_px(patch) + PATCH_GAP_PX).sum(),
     };
     let width = (content_px.max(text_px(title)) + 2 * GAP_PX) * unit;
     let height = (3 * GLYPH_PX + 4 * GAP_PX) * unit;
@@ -76,17 +78,21 @@ pub fn draw(canvas: &mut Canvas<'_>, title: &str, scale: &Scale) {
             }
             draw_ticks(canvas, [gap, line + gap + GLYPH_PX * unit], unit, &ticks(*end, *whole));
         }
-        Scale::Levels { first, last } => {
-            for level in *first..=*last {
-                let left = gap + (level - first) * PATCH_PX * unit;
-                let color = LEVEL_COLORS[level as usize % LEVEL_COLORS.len()];
-                canvas.fill([left, line], [(PATCH_PX - 2) * unit, GLYPH_PX * unit], color);
-                let number = level.to_string();
-                let inset = (PATCH_PX - 2 - text_px(&number)) / 2 * unit;
-                canvas.write([left + inset, line + gap + GLYPH_PX * unit], unit, TEXT, &number);
+        Scale::Patches(patches) => {
+            let mut left = gap;
+            for patch in patches {
+                let width = patch_px(patch);
+                canvas.fill([left, line], [width * unit, GLYPH_PX * unit], patch.color);
+                let inset = (width - text_px(&patch.text)) / 2 * unit;
+                canvas.write([left + inset, line + gap + GLYPH_PX * unit], unit, TEXT, &patch.text);
+                left += (width + PATCH_GAP_PX) * unit;
             }
         }
     }
+}
+
+fn patch_px(patch: &Patch) -> u32 {
+    (text_px(&patch.text) + PATCH_GAP_PX).max(PATCH_PX)
 }
 
 fn text_px(text: &str) -> u32 {
@@ -127,7 +133,7 @@ pub fn color_at(colors: &[u32], fraction: f32) -> u32 {
 mod tests {
     use super::*;
     use crate::settings::View;
-    use crate::views::color_map;
+    use crate::views::{LEVEL_COLORS, color_map, level_patches};
 
     fn drawn(width_px: u32, height_px: u32, title: &str, scale: &Scale) -> Vec<u8> {
         let mut rgb = vec![77; 3 * (width_px * height_px) as usize];
@@ -141,9 +147,9 @@ mod tests {
 
     #[test]
     fn every_level_has_its_patch() {
-        let rgb = drawn(320, 180, "levels", &Scale::Levels { first: 1, last: 7 });
+        let rgb = drawn(320, 180, "levels", &level_patches([1, 7]));
         for (level, color) in LEVEL_COLORS.iter().enumerate() {
-            let expected = if (1..=7).contains(&level) { (PATCH_PX - 2) * GLYPH_PX } else { 0 };
+            let expected = if (1..=7).contains(&level) { PATCH_PX * GLYPH_PX } else { 0 };
             assert_eq!(count(&rgb, *color), expected as usize, "level {level}");
         }
         assert!(count(&rgb, TEXT) > 50);
@@ -163,7 +169,7 @@ mod tests {
     #[test]
     fn a_small_picture_stays_as_it_is() {
         for (width, height) in [(48, 27), (400, 60), (100, 400), (1, 1)] {
-            let rgb = drawn(width, height, "a title", &Scale::Levels { first: 0, last: 10 });
+            let rgb = drawn(width, height, "a title", &level_patches([0, 10]));
             assert!(rgb.iter().all(|v| *v == 77), "{width}x{height}");
         }
     }

@@ -8,8 +8,9 @@ use gridlight::cpu::micro_buffers::unpack_leaf;
 use gridlight::environment::Environment;
 use gridlight::points::PointCloud;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
+use gridlight::scene::bvh::{BinaryBvh, Ray};
 use gridlight::scene::{Light, Scene};
-use gridlight::settings::Settings;
+use gridlight::settings::{Settings, Size};
 use gridlight::shared::PointCounts;
 
 use super::written::Written;
@@ -80,4 +81,21 @@ impl Rendered {
         };
         self.primaries().into_iter().zip(leaves).filter_map(place).collect()
     }
+}
+
+/// Position, and normal of the triangle towards the eye, of what a pixel of the first camera's picture shows.
+pub fn surface_at(scene: &Scene, bvh: &BinaryBvh, size: Size, index: usize) -> Option<[Vec3; 2]> {
+    let camera = &scene.cameras[0];
+    let [x, y] = [index as u32 % size.width, index as u32 / size.width].map(|i| i as f32 + 0.5);
+    let half = (camera.yfov_rad * 0.5).tan();
+    let across = (x / size.width as f32 * 2.0 - 1.0) * half * size.width as f32 / size.height as f32;
+    let up = (1.0 - y / size.height as f32 * 2.0) * half;
+    let direction = camera.forward_ws + camera.right_ws * across + camera.up_ws * up;
+    let hit = bvh.trace_closest(&Ray { origin: camera.position_ws, direction, t_min: 0.0, t_max: f32::MAX })?;
+    let [a, b, c] = [0, 1, 2].map(|corner| {
+        let vertex = scene.indices[(3 * hit.triangle_index + corner) as usize];
+        Vec3::from(scene.vertices[vertex as usize].position_ws)
+    });
+    let normal = (b - a).cross(c - a).normalize();
+    Some([camera.position_ws + direction * hit.t, -normal * normal.dot(direction).signum()])
 }

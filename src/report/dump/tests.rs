@@ -13,7 +13,7 @@ use crate::passes::{EnvironmentShape, FrameShape};
 use crate::settings::{
     FirstLevelBuild, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
 };
-use crate::techniques::testing::all_shapes;
+use crate::techniques::testing::{all_shapes, pbgi_shapes};
 
 fn frame_shape() -> FrameShape {
     FrameShape {
@@ -83,7 +83,7 @@ fn every_resource_has_an_entry() {
     for shape in shapes {
         check_frame(&Shapes { frame: frame_shape(), technique: Box::new(shape) });
     }
-    for technique in all_shapes(LIGHTS) {
+    for technique in all_shapes(LIGHTS).into_iter().chain(pbgi_shapes()) {
         check_frame(&Shapes { frame: frame_shape(), technique });
     }
 }
@@ -92,7 +92,10 @@ fn every_resource_has_an_entry() {
 fn every_resource_of_every_view_has_an_entry() {
     for view in View::value_variants() {
         let frame = FrameShape { view: *view, ..frame_shape() };
-        check_frame(&Shapes { frame, technique: Box::new(lgh()) });
+        check_frame(&Shapes { frame: frame.clone(), technique: Box::new(lgh()) });
+        if let Some(technique) = pbgi_shapes().into_iter().find(|shape| shape.technique().has_view(*view)) {
+            check_frame(&Shapes { frame, technique });
+        }
     }
 }
 

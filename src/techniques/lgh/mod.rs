@@ -42,9 +42,8 @@ impl Technique for Lgh {
             | View::LightsTested
             | View::LightCount
             | View::LevelWeights => true,
-            View::Final | View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility => {
-                false
-            }
+            // Of every frame, or of another technique.
+            _ => false,
         }
     }
 

@@ -16,12 +16,13 @@ use crate::settings::View;
 pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) -> Option<AddedView> {
     let shape = &reduced(shape, view);
     match view {
-        View::Final | View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility => None,
         View::Vpls => Some(many_lights::add_points(frame, &shape.lights, gbuffer)),
         View::LightCount | View::LevelWeights => Some(light_sums(frame, shape, gbuffer, view)),
         View::Indirect | View::ShadowRatio | View::ShadowRatioFiltered | View::SelectedLevel | View::LightsTested => {
             Some(lighting(frame, shape, gbuffer, view))
         }
+        // Of every frame, or of another technique.
+        _ => None,
     }
 }
 

@@ -2,10 +2,14 @@
 //! as much is told as there are points.
 
 use crate::dump::{
-    Array, COUNT, DumpContext, Entry, LIGHTING, RGBA, Scalar, all_words, buffer, bytes_of, image, noted, ranks, words,
+    Array, COUNT, DEPTH, DumpContext, Entry, LIGHTING, RGBA, Scalar, all_words, buffer, bytes_of, image, noted, ranks,
+    words,
 };
 use crate::micro_buffers::LOBES;
-use crate::shared::{CacheCounts, CachePlace, POINT_LEAVES, PRIMARY_EDGE, PointCounts, SharedStruct};
+use crate::shared::{
+    BLURRED_COLUMNS, BLURRED_ROWS, CacheCounts, CachePlace, MicroTexel, POINT_LEAVES, PRIMARY_EDGE, PointCounts,
+    SharedStruct, ShownPoint,
+};
 
 /// Longer names stand before names that they begin with.
 pub(super) const ENTRIES: &[Entry] = &[
@@ -48,10 +52,58 @@ pub(super) const ENTRIES: &[Entry] = &[
         RGBA,
         "Light of the caches: of surfaces, and with direct light of the environment.",
     ),
+    image("cache_mix", "1", RGBA, "The colours of the caches that light each pixel, mixed by their shares."),
+    buffer("shown_ranks", COUNT, ranks, "For each word of bits the number of points before it that a view shows."),
+    noted(buffer(
+        "shown_points_draw",
+        "vertices, instances",
+        draws,
+        "The indirect draw of the points that a view shows.",
+    )),
+    buffer(
+        "shown_bounds",
+        "ordered floats",
+        all_words,
+        "Of x, z, -x and -z the highest of any point that a view shows; whole numbers in the order of the floats.",
+    ),
+    buffer("shown_points", "metres", shown_points, "The points that a view shows, and what it tells of each."),
+    image("shown_depth", "1", DEPTH, "How high the points lie that are seen from above."),
 ];
 
-/// What the points' tree is asked for.
+/// What light is gathered with.
+pub(super) const TABLES: &[Entry] = &[
+    buffer(
+        "micro_table_*",
+        "1, sr",
+        micro_table,
+        "The texels of a micro-buffer, of primary or of secondary points, row by row: direction about the normal, solid angle and cosine-weighted solid angle.",
+    ),
+    buffer(
+        "environment_means",
+        "radiance",
+        environment_means,
+        "The environment's means over caps of the sizes of texels, one image after another; the fourth number is unused.",
+    ),
+];
+
+/// The points' tree, and what it is asked for.
 pub(super) const POINTS: &[Entry] = &[
+    image(
+        "point_nodes",
+        "words",
+        RGBA,
+        "The nodes of the points' tree from 1 on, two texels each: centroid and radius, and packed normal, area, spread, leaf and flags.",
+    ),
+    buffer("point_albedos", "albedo, RGB9E5", all_words, "Albedo of each node."),
+    buffer("point_turned_bits", "bits", all_words, "One bit for each node, 1 where its normal opposes its parent's."),
+    buffer("leaf_cells", "index", all_words, "The leaf of each cell of a triangle, counted from the first leaf."),
+    buffer(
+        "triangle_cells",
+        "index, count",
+        pairs,
+        "For each triangle its first cell, and into how many parts its edges are divided.",
+    ),
+    buffer("point_arrivals", COUNT, all_words, "How many children of each inner node have been looked at."),
     buffer(
         "passing_bits",
         "bits",
@@ -111,6 +163,28 @@ fn point_counts(bytes: &[u8], _: &DumpContext<'_>) -> Array {
 
 fn point_dispatches(bytes: &[u8], _: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::U32, &[bytes.len() as u64 / 12, 3], bytes)
+}
+
+fn draws(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[4], bytes)
+}
+
+fn shown_points(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    let count = known.words("shown_points_draw").get(1).copied().unwrap_or(0);
+    Array::structs(&ShownPoint::INFO, |_| true, count.into(), bytes)
+}
+
+fn micro_table(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    Array::structs(&MicroTexel::INFO, |_| true, (bytes.len() / size_of::<MicroTexel>()) as u64, bytes)
+}
+
+fn environment_means(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    let [rows, columns] = [BLURRED_ROWS, BLURRED_COLUMNS].map(u64::from);
+    Array::plain(Scalar::F32, &[bytes.len() as u64 / (16 * rows * columns), rows, columns, 4], bytes)
+}
+
+fn pairs(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[bytes.len() as u64 / 8, 2], bytes)
 }
 
 fn primary_keys(bytes: &[u8], known: &DumpContext<'_>) -> Array {

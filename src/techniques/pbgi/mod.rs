@@ -3,13 +3,15 @@
 
 mod counts;
 mod dump;
+mod inspector;
 mod measure;
 mod passes;
 mod reference;
+mod views;
 
 use serde_json::{Map, Value, json};
 
-use super::{Added, Count, Technique, TechniqueShape};
+use super::{Added, AddedView, Count, InspectorImage, InspectorTable, Technique, TechniqueShape};
 use crate::Result;
 use crate::dump::Entry;
 use crate::job::Job;
@@ -17,10 +19,10 @@ use crate::passes::Frame;
 use crate::passes::direct_light::EnvironmentLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::pbgi_shape::PbgiShape;
-use crate::settings::Settings;
-use crate::shared::FrameData;
+use crate::settings::{Settings, View};
+use crate::shared::{FrameData, InspectedPixel, MAX_LEVEL};
 
-pub use reference::PbgiReference;
+pub use reference::{PbgiReference, PbgiReferenceShape};
 
 /// Largest radius of a primary point in the picture.
 const PRIMARY_RADIUS_PX: f32 = 8.0;
@@ -45,12 +47,21 @@ impl Technique for Pbgi {
         Some(settings.pbgi.points.ilog2())
     }
 
-    fn shape(&self, job: &Job<'_>, _known: Option<&dyn TechniqueShape>) -> Result<Box<dyn TechniqueShape>> {
-        Ok(Box::new(measure::shape(job)?))
+    fn has_view(&self, view: View) -> bool {
+        views::has(view)
+    }
+
+    fn shape(&self, job: &Job<'_>, known: Option<&dyn TechniqueShape>) -> Result<Box<dyn TechniqueShape>> {
+        let known = known.and_then(|known| known.as_any().downcast_ref());
+        Ok(Box::new(measure::shape(job, known)?))
+    }
+
+    fn keeps_measures(&self, now: &Settings, before: &Settings) -> bool {
+        measure::keeps_measures(now, before)
     }
 
     fn dump_entries(&self) -> &'static [&'static [Entry]] {
-        &[dump::ENTRIES, dump::POINTS]
+        &[dump::ENTRIES, dump::TABLES, dump::POINTS]
     }
 }
 
@@ -73,6 +84,23 @@ impl TechniqueShape for PbgiShape {
 
     fn add_passes(&self, frame: &mut Frame, gbuffer: &GBuffer) -> Added {
         passes::add(frame, self, gbuffer)
+    }
+
+    fn add_view(&self, frame: &mut Frame, gbuffer: &GBuffer, view: View) -> Option<AddedView> {
+        views::add(frame, self, gbuffer, view)
+    }
+
+    fn inspector_tables(&self, pixel: &InspectedPixel) -> Vec<InspectorTable> {
+        inspector::tables(self, pixel)
+    }
+
+    fn inspector_images(&self, pixel: &InspectedPixel) -> Vec<InspectorImage> {
+        inspector::images(pixel)
+    }
+
+    /// Of the tree, counted from the leaves.
+    fn level_range(&self) -> [u32; 2] {
+        [0, self.cloud.leaf_count_log2.min(MAX_LEVEL)]
     }
 
     /// The caches hold it.

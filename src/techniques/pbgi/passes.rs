@@ -1,35 +1,86 @@
 //! The passes in order.
 
-use super::super::{Added, TechniqueOutputs};
+use super::super::{Added, InspectPass, TechniqueOutputs};
+use crate::graph::BufferHandle;
 use crate::passes::compose::Indirect;
 use crate::passes::gbuffer::GBuffer;
-use crate::passes::micro_buffers::{self, GatherTables};
+use crate::passes::inspect::{self, InspectedLight};
+use crate::passes::micro_buffers::{self, GatherTables, MicroBuffers, PlacedPoints};
 use crate::passes::pbgi_shape::PbgiShape;
-use crate::passes::point_cut::Hidden;
+use crate::passes::point_cut::{Hidden, PointCut};
 use crate::passes::point_light::{self, Secondaries};
+use crate::passes::point_selection::PointSelection;
 use crate::passes::points::Points;
 use crate::passes::{Frame, cache_gather, cache_tiles, point_cut, point_propagation, point_selection, radiance_cache};
 
+/// The tree, and its points that are seen.
+pub(super) struct FoundPrimaries {
+    pub points: Points,
+    pub cut: PointCut,
+    tables: GatherTables,
+    irradiance: BufferHandle,
+}
+
+/// What primary points see, and what of it needs light of its own.
+pub(super) struct Selected {
+    pub micro_buffers: MicroBuffers,
+    pub selection: PointSelection,
+    primaries: PlacedPoints,
+}
+
+/// Light around primary points.
+pub(super) struct FilledCaches {
+    pub light: InspectedLight,
+    tables: GatherTables,
+    /// [`PointCounts`](crate::shared::PointCounts).
+    pub counts: BufferHandle,
+}
+
 /// Adds the passes.
 pub(super) fn add(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer) -> Added {
+    let filled = fill_caches(frame, shape, gbuffer);
+    let gathered = cache_gather::add(frame, gbuffer, &filled.light.caches, &filled.light.tiles);
+    let indirect = Indirect { lighting: gathered.lighting, shadows: None, has_share: false };
+    let outputs = TechniqueOutputs::new(vec![filled.counts, gathered.counts], ());
+    let inspect: InspectPass = Box::new(move |frame, gbuffer, inputs| {
+        let inspected = inspect::add(frame, gbuffer, inputs);
+        inspect::add_caches(frame, gbuffer, &filled.light, &filled.tables, inspected);
+        inspected
+    });
+    Added { indirect: Some(indirect), outputs, inspect: Some(inspect) }
+}
+
+/// Adds the passes up to the primary points.
+pub(super) fn find_primaries(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer) -> FoundPrimaries {
     let tables = GatherTables::declare(frame, shape);
     let points = Points::declare(frame, &shape.cloud);
     let irradiance = point_propagation::declare_irradiance(frame, &points);
     let cut = point_cut::add(frame, gbuffer.depth, &points, shape.primary_capacity, Hidden::Dropped);
-    let primaries = micro_buffers::choose_leaves(frame, &points, cut);
-    let micro_buffers = micro_buffers::add(frame, shape, &points, &primaries, &tables);
-    let seen = micro_buffers.seen_bits;
+    FoundPrimaries { points, cut, tables, irradiance }
+}
+
+/// Adds the passes from there to the secondary points.
+pub(super) fn select(frame: &mut Frame, shape: &PbgiShape, found: &FoundPrimaries) -> Selected {
+    let FoundPrimaries { points, cut, tables, .. } = found;
+    let primaries = micro_buffers::choose_leaves(frame, points, *cut);
+    let micro_buffers = micro_buffers::add(frame, shape, points, &primaries, tables);
     let most_needed = 2 * points.node_count();
-    let selection = point_selection::add(frame, &points, &cut, seen, most_needed, shape.selection);
+    let selection = point_selection::add(frame, points, cut, micro_buffers.seen_bits, most_needed, shape.selection);
+    Selected { micro_buffers, selection, primaries }
+}
+
+/// Adds all passes up to the caches and their tiles.
+pub(super) fn fill_caches(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer) -> FilledCaches {
+    let found = find_primaries(frame, shape, gbuffer);
+    let Selected { micro_buffers, selection, primaries } = select(frame, shape, &found);
+    let FoundPrimaries { points, cut, tables, irradiance } = found;
     point_light::light_primaries(frame, &points, &primaries, &micro_buffers, &tables, irradiance);
     let secondaries =
         Secondaries { selection: &selection, primaries: &primaries, seen_texels: micro_buffers.seen_texels };
     point_light::light_secondaries(frame, shape, &points, &secondaries, &tables, irradiance);
-    point_propagation::add(frame, &points, &cut, &selection, seen, irradiance);
+    point_propagation::add(frame, &points, &cut, &selection, micro_buffers.seen_bits, irradiance);
     let caches = radiance_cache::add(frame, shape, &points, &primaries, &micro_buffers, &tables, irradiance);
     let tiles = cache_tiles::add(frame, shape, &primaries, &caches);
-    let gathered = cache_gather::add(frame, gbuffer, &caches, &tiles);
-    let indirect = Indirect { lighting: gathered.lighting, shadows: None, has_share: false };
-    let outputs = TechniqueOutputs::new(vec![cut.counts.counts, gathered.counts], ());
-    Added { indirect: Some(indirect), outputs, inspect: None }
+    let light = InspectedLight { points, micro_buffers, irradiance, caches, tiles };
+    FilledCaches { light, tables, counts: cut.counts.counts }
 }

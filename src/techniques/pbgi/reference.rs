@@ -36,11 +36,11 @@ impl Technique for PbgiReference {
     }
 
     fn shape(&self, job: &Job<'_>, _known: Option<&dyn TechniqueShape>) -> Result<Box<dyn TechniqueShape>> {
-        Ok(Box::new(PbgiReferenceShape(measure::shape(job)?)))
+        Ok(Box::new(PbgiReferenceShape(measure::base_shape(job)?)))
     }
 
     fn dump_entries(&self) -> &'static [&'static [Entry]] {
-        &[reference::DUMP, super::dump::POINTS]
+        &[reference::DUMP, super::dump::TABLES, super::dump::POINTS]
     }
 }
 

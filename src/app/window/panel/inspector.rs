@@ -1,11 +1,14 @@
 //! The pixel inspector: what a frame told about one pixel, in words.
 
-use egui::{Color32, Grid, Pos2, RichText, Ui};
+use egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Ui, Vec2, vec2};
 
 use super::legend::color;
 use crate::shared::InspectedPixel;
-use crate::techniques::{InspectorTable, TechniqueShape};
+use crate::techniques::{InspectorImage, InspectorTable, TechniqueShape};
 use crate::views::plain_number;
+
+/// Edge of a pixel of a small picture, in points.
+const TEXEL: f32 = 9.0;
 
 /// Shows the pixel that was inspected last, if there is one.
 pub fn show(ui: &mut Ui, technique: &dyn TechniqueShape, inspected: &InspectedPixel) {
@@ -19,6 +22,21 @@ pub fn show(ui: &mut Ui, technique: &dyn TechniqueShape, inspected: &InspectedPi
         ui.separator();
         table(ui, &described);
     }
+    let images = technique.inspector_images(inspected);
+    ui.horizontal(|ui| images.iter().for_each(|described| image(ui, described)));
+}
+
+fn image(ui: &mut Ui, image: &InspectorImage) {
+    ui.vertical(|ui| {
+        ui.label(image.name).on_hover_text(image.help);
+        let (area, _) = ui.allocate_exact_size(Vec2::splat(TEXEL * image.edge as f32), Sense::hover());
+        for (i, shade) in image.colors.iter().enumerate() {
+            let Some(shade) = shade else { continue };
+            let [column, row] = [i as u32 % image.edge, i as u32 / image.edge].map(|at| TEXEL * at as f32);
+            let texel = Rect::from_min_size(area.min + vec2(column, row), Vec2::splat(TEXEL));
+            ui.painter().rect_filled(texel, 0.0, color(*shade));
+        }
+    });
 }
 
 /// A ring about the inspected pixel.

@@ -4,22 +4,17 @@ use egui::{Align2, Color32, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
 
 use super::facts::SideFacts;
 use crate::views::legend::{color_at, ticks};
-use crate::views::{self, LEVEL_COLORS, Scale};
+use crate::views::{self, Patch, Scale};
 
 /// Size of a colour bar in points.
 const BAR: Vec2 = Vec2::new(200.0, 14.0);
-/// Size of a level's patch.
+/// Least size of a patch.
 const PATCH: Vec2 = Vec2::new(24.0, 18.0);
 
 /// The colour of `0xRRGGBB`.
 pub fn color(rgb: u32) -> Color32 {
     let [_, r, g, b] = rgb.to_be_bytes();
     Color32::from_rgb(r, g, b)
-}
-
-/// The colour of a level.
-fn level_color(level: u32) -> Color32 {
-    color(LEVEL_COLORS[level as usize % LEVEL_COLORS.len()])
 }
 
 /// Title and scale of a side's view, when it has one.
@@ -34,7 +29,7 @@ pub fn show(ui: &mut Ui, side: &SideFacts<'_>) {
     ui.label(title);
     match scale {
         Scale::Bar { map, end, whole } => bar(ui, map.colors, &ticks(end, whole)),
-        Scale::Levels { first, last } => levels(ui, first, last),
+        Scale::Patches(of_scale) => patches(ui, &of_scale),
     }
 }
 
@@ -58,14 +53,15 @@ fn bar(ui: &mut Ui, colors: &[u32], ticks: &[String; 3]) {
     }
 }
 
-fn levels(ui: &mut Ui, first: u32, last: u32) {
+fn patches(ui: &mut Ui, patches: &[Patch]) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
-        for level in first..=last {
-            let (patch, _) = ui.allocate_exact_size(PATCH, Sense::hover());
-            ui.painter().rect_filled(patch, 2.0, level_color(level));
+        for patch in patches {
             let font = egui::TextStyle::Small.resolve(ui.style());
-            ui.painter().text(patch.center(), Align2::CENTER_CENTER, level.to_string(), font, Color32::BLACK);
+            let text = ui.painter().layout_no_wrap(patch.text.clone(), font, Color32::BLACK);
+            let (area, _) = ui.allocate_exact_size(PATCH.max(text.size() + vec2(6.0, 2.0)), Sense::hover());
+            ui.painter().rect_filled(area, 2.0, color(patch.color));
+            ui.painter().galley(area.center() - 0.5 * text.size(), text, Color32::BLACK);
         }
     });
 }

@@ -51,6 +51,33 @@ fn run(renderer: &mut Renderer, max_submit_ms: f64) -> (SteppedFrame, u32) {
     (frame.unwrap(), steps)
 }
 
+/// Whether what a frame told of itself rises step by step to all of its passes.
+fn rises_to_the_end(told: &[(u32, u32)], passes: u32) -> bool {
+    told.is_sorted_by(|a, b| a.0 < b.0)
+        && told.iter().all(|(_, all)| *all == passes)
+        && told.last() == Some(&(passes, passes))
+}
+
+#[test]
+fn a_frame_tells_how_far_it_is() {
+    let test = gpu();
+    let scene = courtyard();
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let settings = small(Technique::Direct);
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
+    let passes = renderer.pass_names().len() as u32;
+    for (limit_ms, steps) in [(LONG_MS, passes), (LONG_MS, 1), (SHORT_MS, passes)] {
+        let mut told = Vec::new();
+        let mut on_step = |done, all| {
+            told.push((done, all));
+            ControlFlow::Continue(())
+        };
+        renderer.run_in_steps(limit_ms, &mut on_step).unwrap();
+        assert!(rises_to_the_end(&told, passes) && told.len() as u32 == steps, "{told:?}");
+    }
+    assert!(!rises_to_the_end(&[(1, 3), (1, 3), (3, 3)], 3) && !rises_to_the_end(&[(1, 3), (2, 3)], 3));
+}
+
 fn bits(renderer: &Renderer) -> Vec<u32> {
     renderer.read_radiance().unwrap().into_iter().map(f32::to_bits).collect()
 }

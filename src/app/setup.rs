@@ -27,7 +27,7 @@ pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
 pub(super) fn cpu_note(gpu: &Gpu, settings: &Settings) -> Option<&'static str> {
     let note = match settings.device.gpu {
         Some(_) => "a CPU driver",
-        None => "a CPU driver, for there is no GPU that fits (--list-gpus)",
+        None => "a CPU driver: no suitable GPU was found (--list-gpus)",
     };
     gpu.report().is_cpu().then_some(note)
 }

@@ -72,6 +72,7 @@ impl<'a> Job<'a> {
         let environment = &settings.environment;
         let environment_cells = if self.has_environment() { scene.environment_cells } else { [0; 2] };
         FrameData {
+            inspected_pixel: settings.output.inspect.map_or([0; 2], |place| place.0),
             clip_from_world: view.clip_from_world.to_cols_array_2d(),
             eye_ws: view.eye_ws.to_array(),
             near: view.near,

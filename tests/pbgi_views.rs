@@ -14,6 +14,7 @@ use gridlight::cpu::point_sides::has_bit;
 use gridlight::cpu::radiance_cache::cache_distance;
 use gridlight::micro_buffers::table;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
+use gridlight::report::inspected;
 use gridlight::scene::Scene;
 use gridlight::scene::bvh::build_binary;
 use gridlight::scene::testing::{diffuse, scene_from_quads};
@@ -228,5 +229,7 @@ fn the_inspector_has_what_the_nearest_cache_sees() {
     let covered = pixel.cache_texels.iter().filter(|texel| texel.coverage == 1.0).count();
     assert!(covered > 10 && count(&surfaces.colors, 0xff_ffff) == covered, "{covered}");
     assert_eq!(seen.colors.iter().flatten().count(), 224);
+    let told = inspected::text(&**technique, &pixel);
+    assert!(told.contains("micro-buffer:\n") && told.contains(&pixel.cache_key.to_string()), "{told}");
     assert_eq!(technique.inspector_tables(&pixel)[0].rows[0][2].text, pixel.cache_key.to_string());
 }

@@ -15,6 +15,7 @@ use crate::renderer::{Fresh, Job, Renderer};
 use crate::report::answer::Answer;
 use crate::report::dump;
 use crate::report::dump::folder::{DumpFolder, DumpTarget};
+use crate::report::inspected;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, to_csv};
@@ -68,6 +69,7 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
         }
         _ => Some(table(&times, &rays, exposure)),
     };
+    let told = renderer.read_inspected()?.map(|pixel| inspected::text(&*renderer.shapes().technique, &pixel));
     let picture = match outputs.picture {
         None => None,
         Some(file) => Some((file, renderer.read_picture(note(settings, frame_count, interrupted.as_deref()))?)),
@@ -95,9 +97,7 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
         file.commit(&bytes)?;
     }
     dump.map_or(Ok(()), DumpFolder::commit)?;
-    if let Some(text) = printed {
-        super::say(&text);
-    }
+    printed.into_iter().chain(told).for_each(|text| super::say(&text));
     interrupted.map_or(Ok(()), |sentence| Err(Error::Interrupted(format!("{sentence}; that much is written"))))
 }
 

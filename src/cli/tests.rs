@@ -5,8 +5,8 @@ use std::path::Path;
 use super::*;
 use crate::settings::{
     CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode,
-    Lobe, MicroFill, PresentMode, Rays, RenderScale, Reservoir, Selection, ShadowEstimate, ShadowFilter, ShadowPoints,
-    Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
+    Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection, ShadowEstimate, ShadowFilter,
+    ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -73,7 +73,7 @@ fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --direct off --lights both --vpls 7 --vpl-importance none \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --view light-count --output a.exr \
-        --timings a.json --dump d --renderdoc-frame 0 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
+        --timings a.json --dump d --renderdoc-frame 0 --inspect 7,8 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
     let expected = Settings::default().changed(|s| {
         s.scene.file = Some("a.gltf".into());
         s.run.headless = true;
@@ -127,6 +127,7 @@ fn every_option_arrives() {
         s.output.timings = vec!["a.json".into()];
         s.output.dump = Some("d".into());
         s.output.renderdoc_frame = Some(0);
+        s.output.inspect = Some(PixelPlace([7, 8]));
         s.device.gpu = Some("llvmpipe".into());
         s.device.validation = true;
         s.device.no_pipeline_cache = true;

@@ -101,7 +101,7 @@ impl FrameShape {
             accumulate: settings.render.accumulate > 1,
             rays: settings.tracing.rays,
             view: settings.render.view,
-            inspect: false,
+            inspect: settings.output.inspect.is_some(),
         }
     }
 }

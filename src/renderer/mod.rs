@@ -21,7 +21,7 @@ pub use crate::job::Job;
 use crate::passes::present;
 use crate::random::{hash, r2_sequence};
 use crate::scene::Camera;
-use crate::shared::FrameData;
+use crate::shared::{FrameData, InspectedPixel};
 use crate::techniques::{self, Shapes, Technique};
 pub use crate::uploaded_scene::{ReadyScene, UploadedScene};
 use crate::views;
@@ -189,6 +189,15 @@ impl Renderer {
     /// When the device is lost.
     pub fn complaint(&self) -> Result<Option<String>> {
         Ok(self.shapes().technique.complaint(&self.read_counters()?))
+    }
+
+    /// What the last frame told about the inspected pixel; `None` when it does not tell.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn read_inspected(&self) -> Result<Option<InspectedPixel>> {
+        let read = |buffer| Ok(bytemuck::pod_read_unaligned(&self.executor.read_buffer(buffer)?));
+        self.outputs.inspected.map(read).transpose()
     }
 
     /// Words of the technique's counters after the last frame.

@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod dump;
 pub mod error_report;
+pub mod inspected;
 pub mod machine;
 pub mod summary;
 pub mod table;

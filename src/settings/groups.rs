@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::group::{Validate, settings_group};
 use super::validate::{above_zero, at_least_one, has_extension, require};
 use super::values::name_or_index;
-use super::{Exposure, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, ToneMap, View};
+use super::{Exposure, PixelPlace, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, ToneMap, View};
 use crate::Result;
 use crate::files::FileKind;
 
@@ -160,6 +160,9 @@ settings_group! {
         /// Let RenderDoc capture this frame, counted from 0, into gridlight_*.rdc in the working directory
         #[arg(long, value_name = "N")]
         pub renderdoc_frame: Option<u32> = None,
+        /// Tell everything about this pixel, counted from the upper left corner (docs/window.md)
+        #[arg(long, value_name = "X,Y")]
+        pub inspect: Option<PixelPlace> = None,
     }
 }
 

@@ -9,6 +9,7 @@ mod file;
 mod group;
 mod groups;
 mod pbgi_values;
+mod pixel;
 mod scope;
 mod sun;
 mod techniques;
@@ -29,6 +30,7 @@ pub use groups::{
     WindowSettings,
 };
 pub use pbgi_values::{Coverage, Hemisphere, MicroFill, Selection};
+pub use pixel::PixelPlace;
 pub use scope::Scope;
 pub use sun::SunPlace;
 pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings, PbgiSettings};

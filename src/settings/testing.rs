@@ -2,8 +2,8 @@
 
 use super::{
     CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels, LightSet,
-    LightingMode, Lobe, MicroFill, PresentMode, Rays, RenderScale, Reservoir, Selection, Settings, ShadowEstimate,
-    ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
+    LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection, Settings,
+    ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
 };
 
 /// Settings of which none is the default.
@@ -62,6 +62,7 @@ pub fn every_value_changed() -> Settings {
         s.output.timings = vec!["t.csv".into()];
         s.output.dump = Some("d".into());
         s.output.renderdoc_frame = Some(3);
+        s.output.inspect = Some(PixelPlace([7, 8]));
         s.device.gpu = Some("llvmpipe".into());
         s.device.validation = true;
         s.device.no_pipeline_cache = true;

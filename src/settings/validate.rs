@@ -16,6 +16,7 @@ impl Settings {
     pub fn validate(&self) -> Result<()> {
         self.validate_groups()?;
         self.validate_groups_together()?;
+        self.validate_inspected()?;
         self.validate_frames()
     }
 
@@ -44,6 +45,15 @@ impl Settings {
             (_, Switch::On) => return Ok(()),
         };
         Err(Error::Usage(format!("{what} needs shadow samples, and {obstacle} leaves none")))
+    }
+
+    /// Whether the inspected pixel is one of the picture.
+    fn validate_inspected(&self) -> Result<()> {
+        let (Some(place), size) = (self.output.inspect, self.picture.size) else { return Ok(()) };
+        let [x, y] = place.0;
+        require(x < size.width && y < size.height, || {
+            format!("--inspect {place} is not in the picture, whose size is {size}")
+        })
     }
 
     /// How many frames there are, and which of them is captured.
@@ -90,7 +100,7 @@ pub(super) fn has_extension(key: &str, path: &Path, kinds: &[FileKind]) -> Resul
 mod tests {
     use super::*;
     use crate::settings::{
-        Exposure, FirstLevelBuild, LevelBuild, LightSet, LightingMode, RenderScale, Reservoir, Size,
+        Exposure, FirstLevelBuild, LevelBuild, LightSet, LightingMode, PixelPlace, RenderScale, Reservoir, Size,
     };
 
     fn complaint(change: impl FnOnce(&mut Settings)) -> String {
@@ -181,6 +191,8 @@ mod tests {
 
     #[test]
     fn files() {
+        let sentence = complaint(|s| s.output.inspect = Some(PixelPlace([1280, 3])));
+        assert_eq!(sentence, "--inspect 1280,3 is not in the picture, whose size is 1280x720");
         assert_eq!(complaint(|s| s.output.picture = Some("a.jpg".into())), "--output a.jpg must end in .exr or .png");
         assert_eq!(complaint(|s| s.output.picture = Some("png".into())), "--output png must end in .exr or .png");
         assert_eq!(complaint(|s| s.output.timings = vec!["a.png".into()]), "--timings a.png must end in .json or .csv");

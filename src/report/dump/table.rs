@@ -65,6 +65,12 @@ pub const TABLE: &[Entry] = &[
     ),
     image("accumulated_mean", RADIANCE, RGBA, "The picture in linear radiance, the mean of the frames so far."),
     image("view_values", "those of the view, docs/views.md", RGBA, "The numbers that a view shows in colours."),
+    buffer(
+        "inspected_pixel",
+        "several",
+        all_words,
+        "Everything about one pixel, in the order of the struct of that name.",
+    ),
     image("level_mix", "1", RGBA, "The colour of each pixel in the view of the level weights."),
     buffer("view_scale", "those of the view", one_float, "The number at the upper end of a view's colour scale."),
     buffer(

@@ -3,26 +3,25 @@
 use egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Ui, Vec2, vec2};
 
 use super::legend::color;
+use crate::report::inspected;
 use crate::shared::InspectedPixel;
 use crate::techniques::{InspectorImage, InspectorTable, TechniqueShape};
-use crate::views::plain_number;
 
 /// Edge of a pixel of a small picture, in points.
 const TEXEL: f32 = 9.0;
 
 /// Shows the pixel that was inspected last, if there is one.
-pub fn show(ui: &mut Ui, technique: &dyn TechniqueShape, inspected: &InspectedPixel) {
-    let [x, y] = inspected.pixel;
-    if inspected.found == 0 {
-        ui.label(format!("pixel {x}, {y}: no surface"));
+pub fn show(ui: &mut Ui, technique: &dyn TechniqueShape, pixel: &InspectedPixel) {
+    if pixel.found == 0 {
+        ui.label(inspected::no_surface(pixel));
         return;
     }
-    surface(ui, inspected);
-    for described in technique.inspector_tables(inspected) {
+    surface(ui, pixel);
+    for described in technique.inspector_tables(pixel) {
         ui.separator();
         table(ui, &described);
     }
-    let images = technique.inspector_images(inspected);
+    let images = technique.inspector_images(pixel);
     ui.horizontal(|ui| images.iter().for_each(|described| image(ui, described)));
 }
 
@@ -48,32 +47,13 @@ pub fn mark(ui: &Ui, at: Pos2) {
 }
 
 fn surface(ui: &mut Ui, pixel: &InspectedPixel) {
-    let indirect = [0, 1, 2].map(|i| pixel.albedo[i] * pixel.lighting[i] * pixel.shadow_ratio[i]);
-    let rgb = |v: [f32; 4]| three([v[0], v[1], v[2]]);
     Grid::new("inspected surface").num_columns(2).spacing([10.0, 1.0]).show(ui, |ui| {
-        let mut row = |name: &str, help: &str, value: String| {
+        for (name, help, value) in inspected::rows(pixel) {
             ui.label(name).on_hover_text(help);
             ui.monospace(value);
             ui.end_row();
-        };
-        let [x, y] = pixel.pixel;
-        row("pixel", "Counted from the top left corner of the picture", format!("{x}, {y}"));
-        row("distance", "Along the viewing direction, in metres", format!("{:.4} m", pixel.depth));
-        row("position", "World space, in metres", three(pixel.position_ws));
-        row("normal", "Shading normal, normal map included", three(pixel.normal));
-        row("triangle", "Normal of the triangle", three(pixel.geometric_normal));
-        row("albedo", "Linear base colour", three(pixel.albedo));
-        row("radiance", "What the pixel shows before exposure; the values of a view", rgb(pixel.radiance));
-        row("direct", "Part of it that comes straight from the scene's lights and the environment", rgb(pixel.direct));
-        row("environment", "Part of the direct light that comes from the environment", rgb(pixel.environment));
-        row("indirect", "Albedo times lighting times shadow ratio", three(indirect));
-        row("lighting", "Unshadowed indirect lighting for a white surface", rgb(pixel.lighting));
-        row("shadow ratio", "Filtered S / U; 1 is no shadow", rgb(pixel.shadow_ratio));
+        }
     });
-}
-
-fn three(v: [f32; 3]) -> String {
-    v.map(plain_number).join(" ")
 }
 
 /// Names of columns, with a word on each.

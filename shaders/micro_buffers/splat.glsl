@@ -12,7 +12,8 @@ const float COVERAGE_ONE = 1048576.0;
 // Nothing below this share of a leaf's radius above the tangent plane is seen.
 const float LEAST_HEIGHT = 1e-3;
 
-shared uint texel_coverage[MICRO_TEXELS];
+// What fronts cover of each texel, and what backs do: of a surface that is all but closed both are seen, one behind the other.
+shared uint texel_coverage[2u * MICRO_TEXELS];
 #ifdef MICRO_KEYS
 // The nearest of what is seen in each texel: its depth above its key.
 shared uint texel_nearest[MICRO_TEXELS];
@@ -51,7 +52,15 @@ void see(uint texel, float distance, uint key) {
 #endif
 }
 
-void cover(uint texel, float share) { atomicAdd(texel_coverage[texel], uint(round(min(share, 4.0) * COVERAGE_ONE))); }
+// `side` is 0 for fronts, 1 for backs.
+void cover(uint texel, uint side, float share) {
+    uint at = 2u * texel + side;
+    if (BINARY_COVERAGE != 0u) {
+        atomicMax(texel_coverage[at], uint(COVERAGE_ONE));
+    } else {
+        atomicAdd(texel_coverage[at], uint(round(min(share, 4.0) * COVERAGE_ONE)));
+    }
+}
 
 // What of a sphere of directions a node hides, times the squared distance: right for a flat patch and for a ball.
 float hidden_area(PointNode node, float facing) {
@@ -60,8 +69,37 @@ float hidden_area(PointNode node, float facing) {
     return node.area * flat_and_ball;
 }
 
-// A node smaller than a texel, in a direction above the horizon, is shared among the four texels around it. Shares of
-// texels that there are not stay in its own.
+// Whether all of a node is the inside of something closed, which its outside hides.
+bool is_inside(PointNode node, float facing) {
+    float cone_cos = max(node.cone_cos, 0.0);
+    return node.is_solid && facing > 0.0 && facing * facing >= 1.0 - cone_cos * cone_cos;
+}
+
+// The side that is seen from a direction: of what is closed the outer one, as long as any of it may show.
+uint shown_side(PointNode node, float facing) { return node.is_solid || facing < 0.0 ? 0u : 1u; }
+
+// Shares what a node hides, its solid angle times the cosine, among the four texels around a place. Shares of texels that
+// there are not stay in its own. As much of the cosine is covered as is hidden: near the horizon texels reach higher than
+// most of what is seen in them.
+void share_out(vec2 at, ivec2 own, uint side, float hidden) {
+    ivec2 low = ivec2(floor(at - 0.5));
+    vec2 part = at - 0.5 - vec2(low);
+    uint texels[4];
+    float shares[4];
+    float weight = 0.0;
+    for (uint corner = 0u; corner < 4u; ++corner) {
+        ivec2 step = ivec2(corner & 1u, corner >> 1u);
+        vec2 along = mix(1.0 - part, part, vec2(step));
+        texels[corner] = texel_index(is_texel(low + step) ? low + step : own);
+        shares[corner] = along.x * along.y;
+        weight += shares[corner] * micro_table[texels[corner]].cosine_weight;
+    }
+    for (uint corner = 0u; corner < 4u; ++corner) {
+        cover(texels[corner], side, hidden * shares[corner] / max(weight, 1e-30));
+    }
+}
+
+// A node smaller than a texel, in a direction above the horizon.
 void splat(uint index, PointNode node, vec3 direction, vec3 local, float distance) {
     float facing = dot(node.normal, direction);
     vec2 at = (disc_point(local) * 0.5 + 0.5) * float(MICRO_EDGE);
@@ -69,21 +107,13 @@ void splat(uint index, PointNode node, vec3 direction, vec3 local, float distanc
     if (!is_texel(own)) {
         return;
     }
-    float solid_angle = micro_table[texel_index(own)].solid_angle;
-    float covered = hidden_area(node, facing) / max(distance * distance * solid_angle, 1e-30);
+    uint side = shown_side(node, facing);
     if (BINARY_COVERAGE != 0u) {
-        atomicMax(texel_coverage[texel_index(own)], uint(COVERAGE_ONE));
+        cover(texel_index(own), side, 1.0);
     } else {
-        ivec2 low = ivec2(floor(at - 0.5));
-        vec2 part = at - 0.5 - vec2(low);
-        for (uint corner = 0u; corner < 4u; ++corner) {
-            ivec2 step = ivec2(corner & 1u, corner >> 1u);
-            vec2 shares = mix(1.0 - part, part, vec2(step));
-            ivec2 texel = is_texel(low + step) ? low + step : own;
-            cover(texel_index(texel), covered * shares.x * shares.y);
-        }
+        share_out(at, own, side, hidden_area(node, facing) * local.z / (distance * distance));
     }
-    see(texel_index(own), distance, 2u * index + (facing < 0.0 ? 0u : 1u));
+    see(texel_index(own), distance, 2u * index + side);
 }
 
 // First and last texel that a sphere may be seen in: directions on the disc are circles again.
@@ -108,7 +138,7 @@ void sphere_bounds(vec3 local, float distance, float radius, out ivec2 first, ou
 void cast_leaf(uint index, PointNode leaf, MicroEye eye, vec3 local, float distance) {
     float radius = COVER_RADIUS * frame.point_leaf_radius;
     vec3 offset = leaf.centroid_ws - eye.position_ws;
-    uint key = 2u * index + (dot(leaf.normal, offset) < 0.0 ? 0u : 1u);
+    uint side = shown_side(leaf, dot(leaf.normal, offset));
     ivec2 first, last;
     sphere_bounds(local, distance, radius, first, last);
     uint columns = uint(last.x - first.x) + 1u;
@@ -117,16 +147,14 @@ void cast_leaf(uint index, PointNode leaf, MicroEye eye, vec3 local, float dista
         ivec2 texel = first + ivec2((i >> 2u) % columns, (i >> 2u) / columns);
         vec2 at = (vec2(texel) + 0.25 + 0.5 * vec2(i & 1u, (i >> 1u) & 1u)) * (2.0 / float(MICRO_EDGE)) - 1.0;
         float s = dot(at, at);
-        vec3 direction = eye.to_world * vec3(2.0 * at, 1.0 - s) / (1.0 + s);
+        float height = (1.0 - s) / (1.0 + s);
+        vec3 direction = eye.to_world * vec3(2.0 * at / (1.0 + s), height);
         float t = dot(offset, leaf.normal) / dot(direction, leaf.normal);
         vec3 beside = t * direction - offset;
         if (s < 1.0 && t > 0.0 && dot(beside, beside) <= radius * radius && is_texel(texel)) {
-            if (BINARY_COVERAGE != 0u) {
-                atomicMax(texel_coverage[texel_index(texel)], uint(COVERAGE_ONE));
-            } else {
-                cover(texel_index(texel), 0.25);
-            }
-            see(texel_index(texel), t, key);
+            float weight = micro_table[texel_index(texel)].cosine_weight;
+            cover(texel_index(texel), side, 0.25 * texel_solid_angle(height) * height / weight);
+            see(texel_index(texel), t, 2u * index + side);
         }
     }
 }
@@ -146,18 +174,27 @@ uint visit(uint index, MicroEye eye) {
     vec3 local = direction * eye.to_world;
     float solid_angle = texel_solid_angle(local.z);
     bool is_small = node.radius * node.radius < distance * distance * (solid_angle / PI) * (1.0 - solid_angle / (4.0 * PI));
-    if (is_small && local.z > 0.0) {
-        splat(index, node, direction, local, distance);
-    } else if (!is_small && is_leaf(index)) {
-        cast_leaf(index, node, eye, local, distance);
+    // What faces several ways has no one light, nor one area that it hides.
+    bool is_flat = node.cone_cos >= frame.hit_cone_cos;
+    if (!(is_small && is_flat) && !is_leaf(index)) {
+        return 2u * index;
     }
-    return is_small || is_leaf(index) ? after_subtree(index) : 2u * index;
+    // Discs reach over the edges of a convex surface, whose other discs have their centres below the horizon.
+    if (local.z > 0.0 && !is_inside(node, dot(node.normal, direction))) {
+        if (is_small) {
+            splat(index, node, direction, local, distance);
+        } else {
+            cast_leaf(index, node, eye, local, distance);
+        }
+    }
+    return after_subtree(index);
 }
 
 // Fills the micro-buffer; all lanes come here together.
 void fill_micro_buffer(MicroEye eye, uint lane) {
     for (uint i = lane; i < MICRO_TEXELS; i += POINT_LANES) {
-        texel_coverage[i] = 0u;
+        texel_coverage[2u * i] = 0u;
+        texel_coverage[2u * i + 1u] = 0u;
 #ifdef MICRO_KEYS
         texel_nearest[i] = 0xffffffffu;
 #endif
@@ -176,7 +213,10 @@ void fill_micro_buffer(MicroEye eye, uint lane) {
 }
 
 // How much of a texel is covered.
-float micro_coverage(uint texel) { return min(float(texel_coverage[texel]) / COVERAGE_ONE, 1.0); }
+float micro_coverage(uint texel) {
+    uint covered = max(texel_coverage[2u * texel], texel_coverage[2u * texel + 1u]);
+    return min(float(covered) / COVERAGE_ONE, 1.0);
+}
 
 #ifdef MICRO_KEYS
 // The key that is seen in a texel: its own, else the nearest of its neighbours'; 0 for none.

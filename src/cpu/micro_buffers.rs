@@ -8,7 +8,7 @@ use crate::points::PointCloud;
 use crate::random::{hash, unit_float};
 
 /// Off the surface by this share of a leaf's radius.
-const POINT_OFFSET: f32 = 0.1;
+pub(super) const POINT_OFFSET: f32 = 0.1;
 /// Cosine of the widest cone of normals that a node may stand for.
 const WIDEST_CONE: f32 = 0.5;
 /// Of roundings that rays stay off surfaces by (`common/frame.glsl`).
@@ -35,6 +35,13 @@ pub fn micro_frame(normal: Vec3, key: u32, seed: u32) -> Mat3 {
 #[must_use]
 pub fn unpack_leaf(points: &PointCloud, word: u32) -> u32 {
     (word & 0x003f_ffff) + 2 * points.leaf_count()
+}
+
+/// The side of a leaf that a word of them stands for, or of a point without one that of its representative.
+#[must_use]
+pub fn leaf_key_of(points: &PointCloud, word: u32, key: u32) -> u32 {
+    let representative = || 2 * (points.leaf_count() + points.node(key >> 1).leaf) + (key & 1);
+    if word == u32::MAX { representative() } else { unpack_leaf(points, word) }
 }
 
 /// Where light is gathered at a side of a leaf, and its normal.

@@ -28,5 +28,6 @@ pub mod reduce_bounds;
 pub mod reservoir;
 pub mod resolve_moments;
 pub mod scatter_lights;
+pub mod splat_points;
 pub mod spread_down;
 pub mod tone_map;

@@ -37,6 +37,8 @@ pub struct Rendered {
     pub cloud: PointCloud,
     /// As the frame's constants have it.
     pub largest_triangle: f32,
+    /// Likewise.
+    pub scene_radius: f32,
 }
 
 /// A frame from the scene's first camera.
@@ -50,6 +52,7 @@ pub fn render(scene: &Scene, settings: &Settings) -> Rendered {
         radiance: renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect(),
         written: Written::by(&renderer),
         largest_triangle: renderer.frame_data().largest_triangle,
+        scene_radius: renderer.frame_data().scene_radius,
         cloud: (**uploaded.points(settings.pbgi.points.ilog2()).unwrap()).clone(),
     }
 }

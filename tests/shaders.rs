@@ -112,6 +112,12 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
         small().changed(|s| {
             s.render.technique = Technique::Pbgi;
             s.pbgi.selection = Selection::Arrival;
+            s.pbgi.reuse = Switch::On;
+        }),
+        small().changed(|s| {
+            s.render.technique = Technique::Pbgi;
+            s.pbgi.micro = MicroFill::Points;
+            s.pbgi.reuse = Switch::On;
         }),
         small().changed(|s| s.render.technique = Technique::PbgiReference),
         small().changed(|s| {

@@ -145,7 +145,9 @@ impl Given {
         let irradiance = bytemuck::cast_slice(&self.irradiance).into();
         let irradiance = frame.graph.filled_buffer("point_irradiance", irradiance);
         let cut = point_cut::add(&mut frame, depth, &points, capacity, Hidden::Kept);
-        let selection = point_selection::add(&mut frame, &points, &cut, seen, capacity, self.selection);
+        let selection = point_selection::add(&mut frame, &points, &cut, seen, self.selection);
+        let list = POINT_LIST_NEEDED;
+        let needed_list = point_cut::pack_keys(&mut frame, &points, selection.needed, list, capacity, &cut.counts);
         point_propagation::add(&mut frame, &points, &cut, &selection, seen, irradiance);
         let mut executor = Executor::new(&test.gpu, frame.graph, None).unwrap();
         let ticket = executor.submit(bytemuck::bytes_of(&self.data)).unwrap();
@@ -164,7 +166,7 @@ impl Given {
             known: words(selection.known),
             derived: words(selection.derived),
             needed: words(selection.needed),
-            needed_list: list(selection.needed_list.keys, counts.needed_count),
+            needed_list: list(needed_list.keys, counts.needed_count),
             counts,
             dispatches: words(cut.counts.dispatches),
             irradiance: bytemuck::pod_collect_to_vec(&read(irradiance)),
@@ -228,6 +230,8 @@ fn compare_all(given: &Given, left: &Left) -> Verdict {
         needed_count: needed.len() as u32,
         needed_lost: needed_lost as u32,
         seen_count: given.seen.iter().map(|word| word.count_ones()).sum(),
+        primaries_kept: 0,
+        needed_kept: 0,
     };
     compare::exact("counts", &[left.counts], &[counts])?;
     let groups = |count: u32| [count, count.div_ceil(256), count.div_ceil(4)].map(|x| [x.max(1), x.min(1), 1]);

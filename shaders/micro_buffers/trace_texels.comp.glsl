@@ -38,24 +38,38 @@ uint seen_key(uint key, vec3 position, float solid_angle, float receiver_radius)
     return key;
 }
 
-// Marks a side as seen, and keeps a few of the texels that see it, those that see it near its centre.
-void note_seen(uint key, vec3 position, uint texel) {
-    atomicOr(seen_bits[key >> 5u], 1u << (key & 31u));
+// What a texel sees: the side in the lower 24 bits, above it how near its centre, as texels are ordered; 0 for nothing.
+uint seen_word(uint key, vec3 position) {
     PointNode node = point_node(key >> 1u);
     float order = distance(position, node.centroid_ws) / max(node.radius, 1e-20);
-    atomicMin(seen_texels[POINT_LEAVES * key + hash(texel) % POINT_LEAVES], pack_texel(order, texel));
+    return texel_order(order) << 24u | key;
 }
 
-// What is seen in the direction of a texel, as it is kept.
-uint trace_texel(PointPlace place, vec3 direction, float solid_angle, float receiver_radius, uint texel) {
+// Marks a side as seen, and keeps a few of the texels that see it, those that see it near its centre. Which of them may
+// take each other's place depends on the point and on the texel, not on the point's number, which is another in each frame.
+void note_seen(uint word, uint point, uint texel) {
+    uint key = key_of(word);
+    atomicOr(seen_bits[key >> 5u], 1u << (key & 31u));
+    uint choice = hash(point, texel % PRIMARY_TEXELS) % POINT_LEAVES;
+    atomicMin(seen_texels[POINT_LEAVES * key + choice], pack_texel(word >> 24u, texel));
+}
+
+// What is seen in a direction.
+uint trace_texel(PointPlace place, vec3 direction, float solid_angle, float receiver_radius) {
     Hit hit;
     if (!traverse(place.position_ws, direction, 3e38, false, hit)) {
         return 0u;
     }
     uint key = seen_key(hit_key(hit, direction), place.position_ws, solid_angle, receiver_radius);
-    note_seen(key, place.position_ws + hit.t * direction, texel);
-    return pack_micro_texel(1.0, key);
+    return seen_word(key, place.position_ws + hit.t * direction);
 }
+
+#ifdef KEEPS_TEXELS
+#include "common/kept_slots.glsl"
+layout(set = 0, binding = 13, std430) readonly buffer KeptSlots { uint kept_slots[]; };
+layout(set = 0, binding = 14, std430) readonly buffer PreviousTexels { uint previous_kept_texels[]; };
+layout(set = 0, binding = 15, std430) writeonly buffer KeptTexels { uint kept_texels[]; };
+#endif
 
 void main() {
     uint slot = linear_group();
@@ -66,11 +80,28 @@ void main() {
     PointPlace place = place_of_point(key, primary_leaves[slot]);
     mat3 to_world = micro_frame(place.normal_ws, key);
     float receiver_radius = point_node(key >> 1u).radius;
+#ifdef KEEPS_TEXELS
+    uint kept = kept_slots[slot];
+#endif
     for (uint i = gl_LocalInvocationID.x; i < PRIMARY_TEXELS; i += POINT_LANES) {
         MicroTexel texel = micro_table[i];
-        bool used = is_used(texel);
         uint index = PRIMARY_TEXELS * slot + i;
         vec3 direction = to_world * texel.direction;
-        micro_texels[index] = used ? trace_texel(place, direction, texel.solid_angle, receiver_radius, index) : 0u;
+        uint word = 0u;
+#ifdef KEEPS_TEXELS
+        if (kept != NOT_KEPT) {
+            word = previous_kept_texels[PRIMARY_TEXELS * kept + i];
+        } else
+#endif
+        if (is_used(texel)) {
+            word = trace_texel(place, direction, texel.solid_angle, receiver_radius);
+        }
+#ifdef KEEPS_TEXELS
+        kept_texels[index] = word;
+#endif
+        if (word != 0u) {
+            note_seen(word, key, index);
+        }
+        micro_texels[index] = word != 0u ? pack_micro_texel(1.0, key_of(word)) : 0u;
     }
 }

@@ -70,7 +70,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --direct off --lights both --vpls 7 --vpl-importance none \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --reuse on --direct off --lights both --vpls 7 --vpl-importance none \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --inspect 7,8 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
@@ -93,6 +93,7 @@ fn every_option_arrives() {
         s.pbgi.coverage = Coverage::Binary;
         s.pbgi.selection = Selection::Paper;
         s.pbgi.sun_leaves = 2;
+        s.pbgi.reuse = Switch::On;
         s.render.accumulate = 1;
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;

@@ -163,7 +163,7 @@ impl MicroBuffer<'_> {
         let solid_angle = texel_solid_angle(self.by.table.len(), local.z);
         let largest = distance * distance * (solid_angle / PI) * (1.0 - solid_angle / (4.0 * PI));
         let is_small = node.radius * node.radius < largest;
-        if !(is_small && node.cone_cos >= self.by.widest_cone_cos) && !is_leaf {
+        if !(is_leaf || is_small && node.cone_cos >= self.by.widest_cone_cos) {
             return 2 * index;
         }
         let facing = node.normal.dot(offset / distance);

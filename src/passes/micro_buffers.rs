@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::pbgi_shape::PbgiShape;
 use super::point_cut::PointCut;
+use super::point_reuse::{self, Kept};
 use super::points::Points;
 use super::{Frame, shader};
 use crate::gpu::{ComputeWork, Dispatch, Work};
@@ -128,6 +129,8 @@ pub struct MicroBuffers {
     pub seen_bits: BufferHandle,
     /// For each key that rays have seen `POINT_LEAVES` words with texels that see it.
     pub seen_texels: Option<BufferHandle>,
+    /// What is kept from the frame before.
+    pub kept: Option<Kept>,
 }
 
 /// Adds the pass.
@@ -142,13 +145,13 @@ pub fn add(
     let texels = frame.graph.transient_buffer("micro_texels", bytes);
     let seen_bits = points.side_bits(frame, "seen_bits");
     frame.clear(&[(seen_bits, 0)]);
+    let kept = shape.reuse.then(|| point_reuse::match_primaries(frame, points, primaries, shape.micro));
+    let suffix = if kept.is_some() { "_kept" } else { "" };
     let mut seen_texels = None;
-    let pass = match shape.micro {
+    let mut pass = match shape.micro {
         MicroFill::Rays => {
-            let bytes = 4 * u64::from(POINT_LEAVES) * 2 * u64::from(points.node_count());
-            let texels = *seen_texels.insert(frame.graph.transient_buffer("seen_texels", bytes));
-            frame.clear(&[(texels, u32::MAX)]);
-            let work = frame.ray_shader("micro_buffers/trace_texels", primaries.per_point());
+            let texels = *seen_texels.insert(declare_seen_texels(frame, points, kept.as_ref()));
+            let work = frame.ray_shader(&format!("micro_buffers/trace_texels{suffix}"), primaries.per_point());
             frame
                 .compute("micro_buffers/trace_texels", work)
                 .bind("triangle_cells", points.triangle_cells, Access::ComputeRead)
@@ -156,11 +159,14 @@ pub fn add(
                 .bind("seen_texels", texels, Access::ComputeReadWrite)
         }
         MicroFill::Points => {
-            let work = shader("micro_buffers/splat_points", primaries.per_point());
+            let work = shader(&format!("micro_buffers/splat_points{suffix}"), primaries.per_point());
             let work = ComputeWork { constants: vec![shape.binary_coverage()], ..work };
             frame.compute("micro_buffers/splat_points", work)
         }
     };
+    if let Some(kept) = &kept {
+        pass = kept.kept_by(pass);
+    }
     let pass = pass
         .with(|pass| primaries.read_by(pass))
         .bind("point_nodes", points.nodes, Access::ComputeSampled)
@@ -168,7 +174,22 @@ pub fn add(
         .bind("micro_texels", texels, Access::ComputeWrite)
         .bind("seen_bits", seen_bits, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    MicroBuffers { texels, seen_bits, seen_texels }
+    MicroBuffers { texels, seen_bits, seen_texels, kept }
+}
+
+/// Declares what says where sides are lit.
+fn declare_seen_texels(frame: &mut Frame, points: &Points, kept: Option<&Kept>) -> BufferHandle {
+    let texels = match kept.and_then(|kept| kept.seen_texels) {
+        Some(texels) => texels.current,
+        None => frame.graph.transient_buffer("seen_texels", seen_texels_bytes(points)),
+    };
+    frame.clear(&[(texels, u32::MAX)]);
+    texels
+}
+
+/// Size of [`MicroBuffers::seen_texels`].
+pub(super) fn seen_texels_bytes(points: &Points) -> u64 {
+    4 * u64::from(POINT_LEAVES) * 2 * u64::from(points.node_count())
 }
 
 impl MicroBuffers {

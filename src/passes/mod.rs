@@ -34,6 +34,7 @@ pub mod pbgi_shape;
 pub mod point_cut;
 pub mod point_light;
 pub mod point_propagation;
+pub mod point_reuse;
 pub mod point_selection;
 pub mod point_view;
 pub mod points;

@@ -16,6 +16,8 @@ pub struct PbgiShape {
     pub primary_capacity: u32,
     /// References from tiles to caches that there is room for.
     pub reference_capacity: u32,
+    /// Whether what stands still is kept from frame to frame.
+    pub reuse: bool,
     /// What fills micro-buffers.
     pub micro: MicroFill,
     /// How points fill them.

@@ -3,7 +3,7 @@
 use super::Frame;
 use super::micro_buffers::{GatherTables, MicroBuffers, PlacedPoints};
 use super::pbgi_shape::PbgiShape;
-use super::point_selection::PointSelection;
+use super::point_cut::KeyList;
 use super::points::Points;
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, BufferHandle};
@@ -33,7 +33,7 @@ pub fn light_primaries(
 #[derive(Clone, Copy, Debug)]
 pub struct Secondaries<'a> {
     /// Which.
-    pub selection: &'a PointSelection,
+    pub list: KeyList,
     /// What sees them.
     pub primaries: &'a PlacedPoints,
     /// The texels of these that do.
@@ -53,7 +53,7 @@ pub fn light_secondaries(
         MicroFill::Rays => ("", Vec::new()),
         MicroFill::Points => ("_points", vec![shape.binary_coverage()]),
     };
-    let list = secondaries.selection.needed_list;
+    let list = secondaries.list;
     let shader = format!("point_light/light_secondaries{suffix}");
     let work = ComputeWork { constants, ..frame.ray_shader(&shader, list.dispatch(POINT_DISPATCH_GROUP_EACH)) };
     let mut pass = frame.compute("point_light/light_secondaries", work);

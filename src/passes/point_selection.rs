@@ -1,13 +1,12 @@
 //! `point_selection`: of the sides that primary points see, those that need a micro-buffer of their own. What lies under a
 //! primary point takes its light, and what both children are known of takes their mean.
 
-use super::point_cut::{self, KeyList, PointCut};
+use super::point_cut::PointCut;
 use super::points::Points;
 use super::{Frame, shader, threads};
 use crate::gpu::{ComputeWork, Work};
 use crate::graph::{Access, BufferHandle, Pass};
 use crate::settings::Selection;
-use crate::shared::POINT_LIST_NEEDED;
 
 /// What is to be done for each side, a bit for each key.
 #[derive(Clone, Copy, Debug)]
@@ -22,20 +21,9 @@ pub struct PointSelection {
     pub derived: BufferHandle,
     /// Sides that need a micro-buffer of their own.
     pub needed: BufferHandle,
-    /// The same as a list.
-    pub needed_list: KeyList,
 }
 
-/// The sets that are found, before the list is made.
-struct Found {
-    under: BufferHandle,
-    borrowed: BufferHandle,
-    known: BufferHandle,
-    derived: BufferHandle,
-    needed: BufferHandle,
-}
-
-impl Found {
+impl PointSelection {
     /// A pass that looks upwards.
     fn found_by(&self, pass: Pass<Work>, points: &Points, cut: &PointCut, seen: BufferHandle) -> Pass<Work> {
         pass.bind("turned_bits", points.turned, Access::ComputeRead)
@@ -54,21 +42,19 @@ pub fn add(
     points: &Points,
     cut: &PointCut,
     seen: BufferHandle,
-    capacity: u32,
     selection: Selection,
 ) -> PointSelection {
     let [under, borrowed] = spread_down(frame, points, cut, seen, selection);
     let [known, derived, needed] =
         ["known_bits", "derived_bits", "needed_bits"].map(|name| points.side_bits(frame, name));
-    let found = Found { under, borrowed, known, derived, needed };
+    let found = PointSelection { under, borrowed, known, derived, needed };
     match selection {
         Selection::Borrow | Selection::Levels | Selection::Paper => {
             gather_up(frame, points, cut, seen, &found, selection);
         }
         Selection::Arrival => climb_arrivals(frame, points, cut, seen, &found),
     }
-    let needed_list = point_cut::pack_keys(frame, points, needed, POINT_LIST_NEEDED, capacity, &cut.counts);
-    PointSelection { under, borrowed, known, derived, needed, needed_list }
+    found
 }
 
 /// Adds the passes that look upwards, a dispatch for each level of the tree.
@@ -77,7 +63,7 @@ fn gather_up(
     points: &Points,
     cut: &PointCut,
     seen: BufferHandle,
-    found: &Found,
+    found: &PointSelection,
     selection: Selection,
 ) {
     let last_word = points.levels().last();
@@ -100,7 +86,7 @@ fn gather_up(
 }
 
 /// Adds the pass that looks upwards from all leaves at once.
-fn climb_arrivals(frame: &mut Frame, points: &Points, cut: &PointCut, seen: BufferHandle, found: &Found) {
+fn climb_arrivals(frame: &mut Frame, points: &Points, cut: &PointCut, seen: BufferHandle, found: &PointSelection) {
     let arrivals = frame.graph.transient_buffer("point_arrivals", 4 * u64::from(points.leaf_count()));
     let cleared = [found.known, found.derived, found.needed, arrivals].map(|buffer| (buffer, 0));
     frame.clear_here("point_selection/clear", &cleared);

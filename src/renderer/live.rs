@@ -97,7 +97,13 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Failure`] when there are more of them than the scene has room for.
     pub fn update_lights(&mut self, lights: &[PunctualLight]) -> Result<()> {
+        self.expect_other_lights();
         self.executor.update_lights(bytemuck::cast_slice(lights).to_vec())
+    }
+
+    /// Tells the next frame that lights of the scene are others, whoever writes them.
+    pub fn expect_other_lights(&mut self) {
+        self.lights_changed = true;
     }
 
     /// Which pixel the next frames tell about, when they do.

@@ -43,8 +43,10 @@ pub struct Renderer {
     camera: Camera,
     seed: u32,
     data: FrameData,
-    /// `clip_from_world` and `eye_ws` of the last frame submitted.
-    last_view: ([[f32; 4]; 4], [f32; 3]),
+    /// The constants of the last frame submitted.
+    last_data: FrameData,
+    /// Whether the next frame has other lights of the scene.
+    lights_changed: bool,
     shapes: Shapes,
     /// What the frame has behind the picture for a window, and where in its readback each buffer of
     /// [`live::feedback_buffers`] is.
@@ -86,9 +88,8 @@ impl Renderer {
         let mut executor = Executor::new(job.gpu, graph, Some(Arc::clone(&job.scene.set)))?;
         executor.set_max_submit_ms(f64::from(job.settings.device.max_submit_ms));
         let data = frame_data(job, &shapes);
-        let last_view = (data.clip_from_world, data.eye_ws);
         let (camera, seed) = (job.camera.clone(), job.settings.tracing.seed);
-        Ok(Self { executor, outputs, camera, seed, data, last_view, shapes, shown })
+        Ok(Self { executor, outputs, camera, seed, data, last_data: data, lights_changed: false, shapes, shown })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
@@ -131,10 +132,13 @@ impl Renderer {
     /// Tells the frame that is about to be submitted what it follows.
     fn follow_last_frame(&mut self) {
         let valid = self.executor.history_is_valid();
-        let own = (self.data.clip_from_world, self.data.eye_ws);
-        (self.data.previous_clip_from_world, self.data.previous_eye_ws) = if valid { self.last_view } else { own };
+        let last = if valid { self.last_data } else { self.data };
+        (self.data.previous_clip_from_world, self.data.previous_eye_ws) = (last.clip_from_world, last.eye_ws);
         self.data.history_is_valid = valid.into();
-        self.last_view = own;
+        let stands = valid && !self.lights_changed && without_view(&self.data) == without_view(&last);
+        self.data.scene_stands = stands.into();
+        self.lights_changed = false;
+        self.last_data = self.data;
     }
 
     /// Waits for a frame.
@@ -263,6 +267,31 @@ impl Renderer {
         }
         Ok(rgb)
     }
+}
+
+/// The constants of a frame without those that say from where it is seen, what came before, and how it is shown.
+fn without_view(data: &FrameData) -> Vec<u8> {
+    let rest = FrameData {
+        clip_from_world: [[0.0; 4]; 4],
+        previous_clip_from_world: [[0.0; 4]; 4],
+        eye_ws: [0.0; 3],
+        previous_eye_ws: [0.0; 3],
+        forward_ws: [0.0; 3],
+        right_ws: [0.0; 3],
+        up_ws: [0.0; 3],
+        near: 0.0,
+        jitter_x_px: 0.0,
+        jitter_y_px: 0.0,
+        rasteriser_step: 0.0,
+        history_is_valid: 0,
+        scene_stands: 0,
+        inspected_pixel: [0; 2],
+        exposure: 0.0,
+        exposure_compensation: 0.0,
+        tone_map: 0,
+        ..*data
+    };
+    bytemuck::bytes_of(&rest).to_vec()
 }
 
 /// Where frame `number` of a mean samples its pixels: offset from the centre, within half a pixel.

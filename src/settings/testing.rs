@@ -28,6 +28,7 @@ pub fn every_value_changed() -> Settings {
         s.pbgi.hemisphere = Hemisphere::Concentric;
         s.pbgi.selection = Selection::Paper;
         s.pbgi.sun_leaves = 2;
+        s.pbgi.reuse = Switch::On;
         s.render.accumulate = 4;
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;

@@ -49,7 +49,9 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("brute_force/shade_all.comp.glsl", RAYS),
     ("point_cut/drop_hidden.comp.glsl", RAYS),
     ("micro_buffers/choose_leaves.comp.glsl", RAYS),
-    ("micro_buffers/trace_texels.comp.glsl", RAYS),
+    ("micro_buffers/trace_texels.comp.glsl", TRACED_TEXELS),
+    ("micro_buffers/splat_points.comp.glsl", KEEPING),
+    ("point_reuse/keep_light.comp.glsl", MICRO_FILLS),
     ("point_light/light_primaries.comp.glsl", RAYS),
     ("point_light/light_secondaries.comp.glsl", MICRO_BUFFERS),
     ("path_trace/trace_pixels.comp.glsl", RAYS),
@@ -88,6 +90,20 @@ const FILTERS: &[VariantSpec] = &[("", &[]), ("_both", &[("FILTERS_UNSHADOWED", 
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];
+
+/// What may be kept from the frame before.
+const KEEPING: &[VariantSpec] = &[("", &[]), ("_kept", &[("KEEPS_TEXELS", "1")])];
+
+/// The same for what is found by rays.
+const TRACED_TEXELS: &[VariantSpec] = &[
+    ("", &[]),
+    ("_query", &[("RAY_QUERY", "1")]),
+    ("_kept", &[("KEEPS_TEXELS", "1")]),
+    ("_kept_query", &[("KEEPS_TEXELS", "1"), ("RAY_QUERY", "1")]),
+];
+
+/// Light of points depends on the rays that have seen them, or on nothing but the point.
+const MICRO_FILLS: &[VariantSpec] = &[("", &[]), ("_points", &[("MICRO_POINTS", "1")])];
 
 /// What fills micro-buffers of the points that need one, or of all leaves: rays, or points, beside rays towards lamps.
 const MICRO_BUFFERS: &[VariantSpec] = &[

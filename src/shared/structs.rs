@@ -118,7 +118,10 @@ shared_structs! {
         /// Cosine of the angle between normals beyond which a radiance cache says nothing.
         pub cache_cone_cos: f32,
         /// Unused.
-        pub padding: [f32; 3],
+        pub padding: [f32; 2],
+        /// 1 when the frame before has left its history, and neither lights nor settings have changed since, whatever
+        /// the camera does.
+        pub scene_stands: u32,
         /// VPLs whose flux has more luminance than this stand for larger discs, and their `clamp_squared` is as much larger.
         pub large_vpl_luminance: f32,
     }
@@ -245,6 +248,10 @@ shared_structs! {
         pub needed_lost: u32,
         /// Sides that micro-buffers see.
         pub seen_count: u32,
+        /// Primary points that see what they saw in the frame before, with `--reuse`.
+        pub primaries_kept: u32,
+        /// Sides that keep the light of the frame before, which are not in the list of those that need a micro-buffer.
+        pub needed_kept: u32,
     }
 
     /// A light of the hierarchy: S0 (VPLs and scene lights), S1 and up. Radiant intensity towards the unit

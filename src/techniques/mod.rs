@@ -138,6 +138,7 @@ pub(crate) mod testing {
             cloud: Arc::new(PointCloud::of_scene(&plane(1.0), 6).unwrap()),
             primary_capacity: 16,
             reference_capacity: 64,
+            reuse: true,
             micro: MicroFill::Rays,
             coverage: Coverage::Fraction,
             hemisphere: Hemisphere::Paraboloid,

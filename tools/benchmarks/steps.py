@@ -36,9 +36,9 @@ ROWS = [
 
 # The stages of point-based global illumination, as in Figure 6 of its paper.
 PBGI_ROWS = [
-    Row(RENDER, "Primary points", r"point_cut/(?!pack_keys/needed$).*|exclusive_scan/primaries/.*|micro_buffers/choose_leaves"),
+    Row(RENDER, "Primary points", r"point_cut/(?!pack_keys/needed$).*|exclusive_scan/primaries/.*|micro_buffers/choose_leaves|point_reuse/match_.*"),
     Row(RENDER, "Micro-buffers of primary points", r"micro_buffers/(trace_texels|splat_points)"),
-    Row(RENDER, "Secondary points", r"point_selection/.*|point_cut/pack_keys/needed|exclusive_scan/needed/.*"),
+    Row(RENDER, "Secondary points", r"point_selection/.*|point_reuse/keep_light|(point_cut/pack_keys|exclusive_scan)/needed.*"),
     Row(RENDER, "Light at points", r"point_light/.*"),
     Row(RENDER, "Propagation", r"point_propagation/.*"),
     Row(RENDER, "Radiance caches", r"radiance_cache"),

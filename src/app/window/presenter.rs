@@ -418,6 +418,9 @@ fn submit(
     let mut lights = request.lights.as_deref();
     let mut begin = |side: &mut Side, settings, part_px| {
         side.prepare(&Job::new(gpu, uploaded, request.camera, settings), request);
+        if request.lights.is_some() {
+            side.renderer.expect_other_lights();
+        }
         if let Some(lights) = lights.take() {
             side.renderer.update_lights(lights)?;
         }

@@ -101,8 +101,9 @@ fn every_resource_of_every_view_has_an_entry() {
 
 fn check_frame(shapes: &Shapes) {
     let graph = frame::build(shapes).0;
-    // The scene's parts are dumped on their own, and no pass writes them but for new lights.
-    for resource in graph.resources().iter().filter(|resource| resource.lifetime != Lifetime::Imported) {
+    // The scene's parts are dumped on their own, and no pass writes them but for new lights, nor what the frame before left.
+    let is_dumped = |lifetime| !matches!(lifetime, Lifetime::Imported | Lifetime::Previous { .. });
+    for resource in graph.resources().iter().filter(|resource| is_dumped(resource.lifetime)) {
         let found = entry(shapes.technique.technique(), &resource.name);
         let about = found.unwrap_or_else(|| panic!("{}: no table has an entry", resource.name));
         let fits = match (resource.info, about.contents) {

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{require, within};
-use crate::settings::{Coverage, Hemisphere, MicroFill, Selection};
+use crate::settings::{Coverage, Hemisphere, MicroFill, Selection, Switch};
 use crate::shared::{MAX_POINTS, MIN_POINTS, POINT_LEAVES};
 
 settings_group! {
@@ -30,6 +30,9 @@ settings_group! {
         /// Leaves of a point that cast shadow rays towards suns and lamps, 1 to 4 [default: 4]
         #[arg(long, value_name = "N")]
         pub sun_leaves: u32 = 4,
+        /// Keep from the frame before what the camera does not change; the picture is the same [default: off]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "on|off")]
+        pub reuse: Switch = Switch::Off,
     }
 }
 

@@ -17,6 +17,8 @@ pub(super) fn counts(words: &[Vec<u32>]) -> Vec<Count> {
         Count::new("primary_points", "primary points", points.primary_count),
         Count::new("seen_points", "points seen", points.seen_count),
         Count::new("needed_points", "secondary points lit", points.needed_count),
+        Count::new("kept_primaries", "primary points as in the frame before", points.primaries_kept),
+        Count::new("kept_points", "secondary points that keep their light", points.needed_kept),
         Count::new("stretched_pixels", "pixels without a cache in reach", caches.stretched_pixels),
         Count::new("nearest_pixels", "pixels with the nearest cache", caches.nearest_pixels),
         Count::new("black_pixels", "pixels without a cache", caches.black_pixels),

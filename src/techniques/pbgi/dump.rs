@@ -19,6 +19,12 @@ pub(super) const ENTRIES: &[Entry] = &[
         micro_texels,
         "What each primary point sees, row by row in 16x16 texels about its normal: how much of a texel is covered, and by which key.",
     ),
+    buffer(
+        "kept_texels",
+        "order << 24 | key",
+        micro_texels,
+        "With --reuse what the texels of each primary point see and how near the side's centre, as they are kept; where points are splatted as in micro_texels.",
+    ),
     buffer("seen_bits", "bits", all_words, "One bit for each key, 1 where a primary point sees it."),
     buffer(
         "cache_lobes",
@@ -115,7 +121,7 @@ pub(super) const POINTS: &[Entry] = &[
         "point_counts",
         COUNT,
         point_counts,
-        "Primary points and those that had no room, points that need a micro-buffer likewise, and keys that are seen.",
+        "Primary points and those that had no room, points that need a micro-buffer likewise, keys that are seen, and with --reuse what of primary and of other points is kept.",
     )),
     buffer(
         "point_dispatches",
@@ -140,6 +146,25 @@ pub(super) const POINTS: &[Entry] = &[
         "bits",
         all_words,
         "One bit for each key, 1 where its light is the mean of those of its children that are known.",
+    ),
+    buffer("lit_bits", "bits", all_words, "With --reuse one bit for each key, 1 where it has light of its own."),
+    buffer(
+        "unlit_bits",
+        "bits",
+        all_words,
+        "With --reuse one bit for each key, 1 where that light is not of the frame before.",
+    ),
+    buffer(
+        "point_places",
+        "key, side of a leaf",
+        point_places,
+        "With --reuse the key of each primary point and the leaf that it stands at.",
+    ),
+    buffer(
+        "kept_slots",
+        "index",
+        kept_slots,
+        "With --reuse for each primary point its number in the frame before; 4294967295 for one that was not there, or stood elsewhere.",
     ),
     buffer("needed_bits", "bits", all_words, "One bit for each key, 1 where it needs a micro-buffer of its own."),
     buffer(
@@ -197,6 +222,14 @@ fn needed_keys(bytes: &[u8], known: &DumpContext<'_>) -> Array {
 
 fn primary_leaves(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::U32, &[primaries(known), POINT_LEAVES.into()], bytes)
+}
+
+fn point_places(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[primaries(known), 2], bytes)
+}
+
+fn kept_slots(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    Array::plain(Scalar::U32, &[primaries(known)], bytes)
 }
 
 fn seen_texels(bytes: &[u8], _: &DumpContext<'_>) -> Array {

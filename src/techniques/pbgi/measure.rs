@@ -10,7 +10,7 @@ use crate::passes::pbgi_shape::PbgiShape;
 use crate::passes::point_cut::Hidden;
 use crate::passes::points::Points;
 use crate::passes::{Frame, FrameShape, gbuffer, point_cut};
-use crate::settings::Settings;
+use crate::settings::{Settings, Switch};
 use crate::shared::{MAX_PRIMARIES, PointCounts};
 
 /// Pixels of the picture for each primary point that there is room for, however few the camera finds at first.
@@ -46,6 +46,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<PbgiShape> {
         cloud: Arc::clone(job.scene.points(settings.points.ilog2())?),
         primary_capacity: 0,
         reference_capacity: 0,
+        reuse: settings.reuse == Switch::On,
         micro: settings.micro,
         coverage: settings.coverage,
         hemisphere: settings.hemisphere,

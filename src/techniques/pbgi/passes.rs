@@ -12,6 +12,7 @@ use crate::passes::point_light::{self, Secondaries};
 use crate::passes::point_selection::PointSelection;
 use crate::passes::points::Points;
 use crate::passes::{Frame, cache_gather, cache_tiles, point_cut, point_propagation, point_selection, radiance_cache};
+use crate::shared::POINT_LIST_NEEDED;
 
 /// The tree, and its points that are seen.
 pub(super) struct FoundPrimaries {
@@ -64,8 +65,7 @@ pub(super) fn select(frame: &mut Frame, shape: &PbgiShape, found: &FoundPrimarie
     let FoundPrimaries { points, cut, tables, .. } = found;
     let primaries = micro_buffers::choose_leaves(frame, points, *cut);
     let micro_buffers = micro_buffers::add(frame, shape, points, &primaries, tables);
-    let most_needed = 2 * points.node_count();
-    let selection = point_selection::add(frame, points, cut, micro_buffers.seen_bits, most_needed, shape.selection);
+    let selection = point_selection::add(frame, points, cut, micro_buffers.seen_bits, shape.selection);
     Selected { micro_buffers, selection, primaries }
 }
 
@@ -74,13 +74,18 @@ pub(super) fn fill_caches(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffe
     let found = find_primaries(frame, shape, gbuffer);
     let Selected { micro_buffers, selection, primaries } = select(frame, shape, &found);
     let FoundPrimaries { points, cut, tables, irradiance } = found;
+    let counts = cut.counts.counts;
+    let unlit = match &micro_buffers.kept {
+        Some(kept) => kept.keep_light(frame, &points, counts, selection.needed),
+        None => selection.needed,
+    };
+    let list = point_cut::pack_keys(frame, &points, unlit, POINT_LIST_NEEDED, 2 * points.node_count(), &cut.counts);
     point_light::light_primaries(frame, &points, &primaries, &micro_buffers, &tables, irradiance);
-    let secondaries =
-        Secondaries { selection: &selection, primaries: &primaries, seen_texels: micro_buffers.seen_texels };
+    let secondaries = Secondaries { list, primaries: &primaries, seen_texels: micro_buffers.seen_texels };
     point_light::light_secondaries(frame, shape, &points, &secondaries, &tables, irradiance);
     point_propagation::add(frame, &points, &cut, &selection, micro_buffers.seen_bits, irradiance);
     let caches = radiance_cache::add(frame, shape, &points, &primaries, &micro_buffers, &tables, irradiance);
     let tiles = cache_tiles::add(frame, shape, &primaries, &caches);
     let light = InspectedLight { points, micro_buffers, irradiance, caches, tiles };
-    FilledCaches { light, tables, counts: cut.counts.counts }
+    FilledCaches { light, tables, counts }
 }

@@ -4,6 +4,7 @@ mod common;
 
 use std::f32::consts::PI;
 
+use common::compare::within;
 use common::points::{Rendered, render, under_sky};
 use common::rooms::{add_quad, camera};
 use glam::Vec3;
@@ -115,7 +116,7 @@ fn check_primaries(rendered: &Rendered, twin: &Twin<'_>, step: usize) -> Result<
             covered += usize::from(expected.0 > 0.0);
             let found = ((found >> 24) as f32 / 255.0, found & 0xff_ffff);
             // Coverage is kept in 255 steps, and a node at the edge of a texel may be rounded into either.
-            if !((found.0 - expected.0).abs() <= 0.02) || (found.1 != expected.1 && expected.0 > 0.01) {
+            if !within(found.0 - expected.0, 0.02) || (found.1 != expected.1 && expected.0 > 0.01) {
                 different.push(format!("key {key}, texel {i}: {found:?}, not {expected:?}"));
             }
         }
@@ -164,7 +165,7 @@ fn check_secondaries(rendered: &Rendered, twin: &Twin<'_>, scale: f32) -> Result
         let expected: f32 = coverage.into_iter().zip(&twin.table).map(open).sum();
         let found = irradiance[*key as usize][0];
         shaded += usize::from(expected < 0.9 * PI);
-        if !((found - scale * expected).abs() <= 0.01 * PI) {
+        if !within(found - scale * expected, 0.01 * PI) {
             return Err(format!("key {key}: {found}, not {expected}"));
         }
     }

@@ -20,13 +20,12 @@ use gridlight::techniques::direct::Direct;
 use gridlight::techniques::path_trace::PathTraceShape;
 use gridlight::techniques::{Shapes, TechniqueShape};
 
-/// A frame, in a window where it has a picture of its own to show there.
+/// A frame, for a window where it has a picture of its own to show there.
 fn build(frame: &FrameShape, technique: &dyn TechniqueShape) -> Graph<Work> {
     let shapes = Shapes { frame: frame.clone(), technique: technique.boxed() };
     let (mut graph, outputs) = frame::build(&shapes);
     if frame.view == View::Final {
-        let window = WindowFormat { format: ash::vk::Format::B8G8R8A8_UNORM, driver_encodes: false };
-        present::add(&mut graph, outputs.tone_mapped.picture, window, Part::Whole);
+        present::publish(&mut graph, outputs.tone_mapped.picture);
     }
     graph
 }
@@ -63,6 +62,18 @@ fn hierarchies() -> Vec<LghShape> {
     let atomic = LghShape { scatter: FirstLevelBuild::Atomic, ..hierarchy(LevelBuild::Cascade, 1, 1) };
     shapes.push(atomic);
     shapes
+}
+
+#[test]
+fn a_window_shows_a_picture_or_none() {
+    let window = WindowFormat { format: ash::vk::Format::B8G8R8A8_UNORM, driver_encodes: false };
+    for part in [Part::Whole, Part::Left, Part::Right] {
+        for has_picture in [true, false] {
+            let graph = present::show(window, part, has_picture);
+            plan(&graph).unwrap();
+            check_interfaces(&graph).unwrap();
+        }
+    }
 }
 
 #[test]

@@ -55,7 +55,9 @@ fn one_frame_of_a_window_is_captured() {
     };
     let folder = tempfile::tempdir().unwrap();
     fake_renderdoc(folder.path());
-    std::fs::write(folder.path().join("s.txt"), "at 8 quit\n").unwrap();
+    // A window renders when something changes.
+    let script = "at 1 look 3 0\nat 2 look 3 0\nat 3 look 3 0\nat 8 quit\n";
+    std::fs::write(folder.path().join("s.txt"), script).unwrap();
     let mut command = program();
     display.show(&mut command).current_dir(folder.path());
     command.args("--size 64x36 --render-scale 1 --technique direct --script s.txt --renderdoc-frame 2".split(' '));

@@ -12,7 +12,7 @@ use super::interfaces::{binding_numbers, check_interfaces, kind_of};
 use super::physical::{Physical, image_levels};
 use super::pipeline::Pipeline;
 use super::pipelines::Pipelines;
-use super::resources::Resources;
+use super::resources::{Imports, Resources};
 use super::scene_set::SceneSet;
 use super::transfer::{self, Subresource};
 use super::work::{RasterWork, TransferOp, Work};
@@ -33,7 +33,7 @@ pub(super) struct CompiledFrame {
     pub plan: Plan,
     pub resources: Resources,
     pub passes: Vec<CompiledPass>,
-    pub scene: Option<Arc<SceneSet>>,
+    pub imports: Imports,
     /// New contents of the scene's lights, for the next frame.
     pub light_update: Option<Vec<u8>>,
     /// Whether a frame has begun.
@@ -48,17 +48,17 @@ impl CompiledFrame {
     ///
     /// # Errors
     /// When the graph is wrong (a bug of ours), or the device runs out of memory.
-    pub fn new(gpu: &Gpu, graph: Graph<Work>, scene: Option<Arc<SceneSet>>) -> Result<Self> {
+    pub fn new(gpu: &Gpu, graph: Graph<Work>, imports: Imports) -> Result<Self> {
         let mut plan = plan(&graph).map_err(|e| Error::Failure(format!("frame graph: {e}")))?;
         check_interfaces(&graph)?;
-        let resources = Resources::new(gpu, &graph, &mut plan, scene.as_deref())?;
+        let resources = Resources::new(gpu, &graph, &mut plan, &imports)?;
         let (passes, gpu_kept) = (Vec::new(), Arc::clone(gpu));
         let mut frame = Self {
             graph,
             plan,
             resources,
             passes,
-            scene,
+            imports,
             light_update: None,
             begun: false,
             history_is_valid: false,
@@ -68,6 +68,11 @@ impl CompiledFrame {
         frame.passes = frame.graph.passes().par_iter().map(compile).collect::<Result<_>>()?;
         frame.initial_layouts()?;
         Ok(frame)
+    }
+
+    /// The scene that its passes read, if they read one.
+    pub fn scene(&self) -> Option<&SceneSet> {
+        self.imports.scene.as_deref()
     }
 
     /// Begins a frame: from the second on, what the one before wrote is what this one has of it.
@@ -178,7 +183,7 @@ impl CompiledFrame {
     fn set_layouts<'a>(&'a self, sets: &'a Sets, uses_scene: bool, raster: bool) -> Result<Vec<&'a Sets>> {
         let mut layouts = vec![sets];
         if uses_scene {
-            let scene = self.scene.as_ref().ok_or_else(|| Error::Failure("a pass needs a scene".to_owned()))?;
+            let scene = self.scene().ok_or_else(|| Error::Failure("a pass needs a scene".to_owned()))?;
             layouts.push(&scene.scene);
             if raster {
                 layouts.push(&scene.materials);

@@ -12,9 +12,10 @@ use super::compiled::CompiledFrame;
 use super::context::Gpu;
 use super::device::Device;
 use super::loss::{self, MarkerScheme};
-use super::resources::MemoryUse;
+use super::resources::{Imports, MemoryUse};
 use super::runner::{self, Given, OnStep, Policy, Ran};
 use super::scene_set::SceneSet;
+use super::shared_image::SharedImage;
 use super::slot::Slot;
 use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::timeline::Timeline;
@@ -77,13 +78,13 @@ pub struct FrameTicket {
 /// A compiled frame graph.
 pub struct Executor {
     pub(super) frame: CompiledFrame,
-    slots: Vec<Slot>,
+    pub(super) slots: Vec<Slot>,
     command_pool: vk::CommandPool,
-    timeline: Timeline,
+    pub(super) timeline: Timeline,
     /// About the longest submission of a frame; infinite is a frame in one.
     max_submit_ms: f64,
     /// Times of the passes of the last frame that was waited for.
-    last_ms: Vec<f64>,
+    pub(super) last_ms: Vec<f64>,
     /// Frames submitted so far.
     frames: u64,
     split_submits: bool,
@@ -98,7 +99,20 @@ impl Executor {
     /// # Errors
     /// When the graph is wrong (a bug of ours), or the device runs out of memory.
     pub fn new(gpu: &Arc<Gpu>, graph: Graph<Work>, scene: Option<Arc<SceneSet>>) -> Result<Self> {
-        let frame = CompiledFrame::new(gpu, graph, scene)?;
+        Self::with_images(gpu, graph, scene, Vec::new())
+    }
+
+    /// The same for a graph that imports these images as well.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn with_images(
+        gpu: &Arc<Gpu>,
+        graph: Graph<Work>,
+        scene: Option<Arc<SceneSet>>,
+        images: Vec<Arc<SharedImage>>,
+    ) -> Result<Self> {
+        let frame = CompiledFrame::new(gpu, graph, Imports { scene, images })?;
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
             .queue_family_index(gpu.queue_family);
@@ -220,21 +234,32 @@ impl Executor {
     }
 
     fn submit_frame(&mut self, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<FrameTicket> {
-        let slot = self.frames as usize % self.slots.len();
-        self.explain(self.timeline.wait(self.slots[slot].busy_until))?;
+        let slot = self.take_slot()?;
         let submitted = Instant::now();
-        self.frame.begin();
-        self.frame.resources.use_slot(slot);
         let ran = if self.split_submits && !matches!(policy, Policy::Batched { shown: Some(_), .. }) {
             self.run(slot, frame_data, Policy::PassByPass { visit: &mut |_| Ok(()) })
         } else {
             self.run(slot, frame_data, policy)
         };
+        // A frame that failed may have submitted a part.
+        self.leave_slot(slot);
+        Ok(FrameTicket { slot, submitted, ran: ran? })
+    }
+
+    /// Begins a frame with what is free; waits when both frames in flight are still busy.
+    pub(super) fn take_slot(&mut self) -> Result<usize> {
+        let slot = self.frames as usize % self.slots.len();
+        self.explain(self.timeline.wait(self.slots[slot].busy_until))?;
+        self.frame.begin();
+        self.frame.resources.use_slot(slot);
+        Ok(slot)
+    }
+
+    /// All of a frame has been submitted.
+    pub(super) fn leave_slot(&mut self, slot: usize) {
         self.frame.light_update = None;
         self.frames += 1;
-        // A frame that failed may have submitted a part.
         self.slots[slot].busy_until = self.timeline.last();
-        Ok(FrameTicket { slot, submitted, ran: ran? })
     }
 
     /// Writes the start of the scene's lights with the next frame, in the pass that has
@@ -272,9 +297,14 @@ impl Executor {
         let pass_ms = if ran.wall_ms.is_empty() { self.slots[slot].timers.read_ms()? } else { ran.wall_ms };
         let readback = self.frame.resources.read_back(slot);
         self.last_ms.clone_from(&pass_ms);
-        let Slot { markers, stamp, .. } = &self.slots[slot];
-        let crash_markers = markers.written(stamp.get()) as u32;
+        let crash_markers = self.crash_markers(slot);
         Ok(FrameResult { pass_ms, cpu_ms, readback, submissions: ran.submissions, crash_markers })
+    }
+
+    /// Words of crash markers that the last frame of a slot has written.
+    pub(super) fn crash_markers(&self, slot: usize) -> u32 {
+        let Slot { markers, stamp, .. } = &self.slots[slot];
+        markers.written(stamp.get()) as u32
     }
 
     /// Writes the start of a persistent buffer outside frames; waits.

@@ -17,6 +17,7 @@ mod instance;
 mod interfaces;
 mod loss;
 mod markers;
+mod paced;
 #[cfg(feature = "window")]
 mod panel;
 mod physical;
@@ -28,6 +29,7 @@ mod recorder;
 mod resources;
 mod runner;
 mod scene_set;
+mod shared_image;
 mod slot;
 mod steps;
 #[cfg(feature = "window")]
@@ -52,12 +54,14 @@ pub use image::Image;
 pub use instance::Instance;
 pub use interfaces::{Fault, InterfaceError, check_interfaces};
 pub use loss::MarkerScheme;
+pub use paced::PacedFrame;
 #[cfg(feature = "window")]
 pub use panel::{PanelPainter, PanelPicture};
 pub use readback::{SceneBytes, Written};
 pub use resources::MemoryUse;
 pub use runner::OnStep;
 pub use scene_set::{SceneData, ScenePart, SceneSet};
+pub use shared_image::SharedImage;
 #[cfg(feature = "window")]
 pub use surface::{Surface, WindowSource};
 #[cfg(feature = "window")]

@@ -108,7 +108,9 @@ pub(super) fn create_compute(
         .specialization_info(&specialization);
     let push_stages = vk::ShaderStageFlags::COMPUTE;
     let layout = layout(gpu, shader, sets, push_words, push_stages)?;
-    let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+    // Long dispatches go in several parts.
+    let flags = vk::PipelineCreateFlags::DISPATCH_BASE;
+    let info = [vk::ComputePipelineCreateInfo::default().flags(flags).stage(stage).layout(layout)];
     // SAFETY: all referenced objects are alive.
     let created = unsafe { gpu.device.create_compute_pipelines(cache, &info, None) };
     let mut pipeline = Pipeline { raw: vk::Pipeline::null(), layout, push_stages, gpu: Arc::clone(gpu) };

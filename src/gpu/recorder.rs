@@ -11,7 +11,7 @@ use super::pipeline::Pipeline;
 use super::target::WindowTarget;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;
-use crate::graph::{Barrier, Handle, ImageLevel, MemoryBarrier, PlannedPass};
+use crate::graph::{Barrier, Handle, ImageHandle, ImageLevel, MemoryBarrier, PlannedPass};
 
 /// Bytes that one command may write to a buffer.
 const UPDATE_BYTES: usize = 65_536;
@@ -20,19 +20,19 @@ const UPDATE_BYTES: usize = 65_536;
 pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, index: usize, frame_data: &[u8]) {
     let pass = &frame.graph.passes()[index];
     if let Work::Compute(ComputeWork { repeat: Some(repeat), .. }) = &pass.payload {
-        record_repetitions(frame, commands, index, 0..repeat.count());
+        record_repetitions(frame, commands, index, 0..repeat.count(), Begins::Yes);
         return;
     }
     begin_label(frame, commands, &pass.name);
     batch(frame, commands, &frame.plan.passes[index]);
     let compiled = &frame.passes[index];
     match &pass.payload {
-        Work::Compute(work) => compute(frame, commands, compiled, work, &work.push),
+        Work::Compute(work) => compute(frame, commands, compiled, work, (&work.push, None)),
         Work::Raster(work) => raster(frame, commands, compiled, work),
         Work::Transfer(ops) => ops.iter().for_each(|op| transfer(frame, commands, op, frame_data)),
         Work::BuildStructure { level, scratch } => {
             let scratch = frame.resources.buffer(*scratch).0;
-            frame.scene.iter().for_each(|scene| scene.record_build(commands, *level, scratch));
+            frame.scene().iter().for_each(|scene| scene.record_build(commands, *level, scratch));
         }
         Work::Overlay => {}
     }
@@ -74,26 +74,58 @@ pub(super) fn record_overlay(
     drawn
 }
 
+/// Records some rows of a dispatch ([`ComputeWork::rows`]); those before them must have been recorded earlier.
+pub(super) fn record_rows(frame: &CompiledFrame, commands: vk::CommandBuffer, index: usize, rows: Range<u32>) {
+    let pass = &frame.graph.passes()[index];
+    let Work::Compute(work) = &pass.payload else { return };
+    begin_label(frame, commands, &pass.name);
+    if rows.start == 0 {
+        batch(frame, commands, &frame.plan.passes[index]);
+    }
+    let is_last = Some(rows.end) == work.rows();
+    compute(frame, commands, &frame.passes[index], work, (&work.push, Some(rows)));
+    end_label(frame, commands);
+    if is_last {
+        release_after(frame, commands, index);
+    }
+}
+
+/// Records what is around the work of passes from `first` on, and not the work: what they leave behind has then all the
+/// layouts in which the next frame expects it, whatever it holds.
+pub(super) fn record_without_work(frame: &CompiledFrame, commands: vk::CommandBuffer, first: usize) {
+    frame.plan.passes.iter().skip(first).for_each(|planned| batch(frame, commands, planned));
+    barriers(frame, commands, None, &frame.plan.release);
+}
+
+/// Whether a pass has not begun yet in this frame.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Begins {
+    Yes,
+    No,
+}
+
 /// Records some of the repetitions of a repeated pass; those before them must have been recorded earlier.
 pub(super) fn record_repetitions(
     frame: &CompiledFrame,
     commands: vk::CommandBuffer,
     index: usize,
     repetitions: Range<u32>,
+    begins: Begins,
 ) {
     let pass = &frame.graph.passes()[index];
     let Work::Compute(work @ ComputeWork { repeat: Some(repeat), .. }) = &pass.payload else { return };
     let planned = &frame.plan.passes[index];
     begin_label(frame, commands, &pass.name);
     let last = repetitions.end == repeat.count();
+    let first = repetitions.start;
     for i in repetitions {
-        if i == 0 {
+        if i == first && begins == Begins::Yes {
             batch(frame, commands, planned);
         } else {
             barriers(frame, commands, None, &planned.between);
         }
         let words = [work.push.as_slice(), &[i / repeat.parts, i % repeat.parts]].concat();
-        compute(frame, commands, &frame.passes[index], work, &words);
+        compute(frame, commands, &frame.passes[index], work, (&words, None));
     }
     end_label(frame, commands);
     if last {
@@ -172,7 +204,7 @@ fn compute(
     commands: vk::CommandBuffer,
     compiled: &CompiledPass,
     work: &ComputeWork,
-    words: &[u32],
+    (words, rows): (&[u32], Option<Range<u32>>),
 ) {
     let device = &frame.gpu.device;
     let pipeline = &compiled.pipelines[0];
@@ -182,7 +214,10 @@ fn compute(
     // SAFETY: pipeline and sets are bound; indirect buffers are declared in the graph.
     unsafe {
         match work.dispatch {
-            Dispatch::Groups([x, y, z]) => device.cmd_dispatch(commands, x, y, z),
+            Dispatch::Groups([x, y, z]) => {
+                let rows = rows.unwrap_or(0..y);
+                device.cmd_dispatch_base(commands, 0, rows.start, 0, x, rows.end - rows.start, z);
+            }
             Dispatch::Indirect { buffer, offset_bytes } => {
                 device.cmd_dispatch_indirect(commands, frame.resources.buffer(buffer).0, offset_bytes);
             }
@@ -205,7 +240,7 @@ fn bind(
         if let Some(set) = compiled.sets.sets.iter().cycle().nth(frame.resources.parity()) {
             device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 0, &[*set], &[]);
         }
-        if let Some(scene) = frame.scene.as_ref().filter(|_| uses_scene) {
+        if let Some(scene) = frame.scene().filter(|_| uses_scene) {
             device.cmd_bind_descriptor_sets(commands, bind_point, pipeline.layout, 1, &scene.scene.sets, &[]);
         }
     }
@@ -312,7 +347,7 @@ fn record_draw(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pi
 /// # Safety
 /// Pipeline, sets 0 and 1 and dynamic state must be bound, inside a rendering scope.
 unsafe fn draw_scene(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline) {
-    let Some(scene) = &frame.scene else { return };
+    let Some(scene) = frame.scene() else { return };
     let device = &frame.gpu.device;
     // SAFETY: buffers are alive; the vertex layout is the pipeline's; sets fit its layout.
     unsafe {
@@ -352,6 +387,26 @@ fn transfer(frame: &CompiledFrame, commands: vk::CommandBuffer, op: &TransferOp,
                 let region = [vk::BufferCopy { src_offset: 0, dst_offset: offset_bytes, size }];
                 device.cmd_copy_buffer(commands, source, frame.resources.buffer(to).0, &region);
             }
+            TransferOp::CopyImage { from, to } => copy_image(frame, commands, from, to),
         }
+    }
+}
+
+/// # Safety
+/// The images are alive, of one size and format, and in the layouts of a source and a destination.
+unsafe fn copy_image(frame: &CompiledFrame, commands: vk::CommandBuffer, from: ImageHandle, to: ImageHandle) {
+    let (source, _, info) = frame.resources.image(from);
+    let layers =
+        vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(info.layer_count());
+    let [width, height, depth] = info.level_size_px(0);
+    let region = [vk::ImageCopy::default().src_subresource(layers).dst_subresource(layers).extent(vk::Extent3D {
+        width,
+        height,
+        depth,
+    })];
+    let (read, write) = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+    // SAFETY: as the caller has promised.
+    unsafe {
+        frame.gpu.device.cmd_copy_image(commands, source, read, frame.resources.image(to).0, write, &region);
     }
 }

@@ -12,6 +12,7 @@ use super::check;
 use super::device::Device;
 use super::physical::{Physical, image_create_info, view_create_info};
 use super::scene_set::SceneSet;
+use super::shared_image::SharedImage;
 use super::target::{FRAMES_IN_FLIGHT, WindowTarget};
 use super::work::Work;
 use crate::error::{Error, Result};
@@ -60,8 +61,8 @@ struct Class {
 
 impl Resources {
     /// Creates everything and completes the plan: what waits where memory is shared, and where barriers are recorded.
-    /// Imported resources are parts of the scene.
-    pub fn new(gpu: &Arc<Device>, graph: &Graph<Work>, plan: &mut Plan, scene: Option<&SceneSet>) -> Result<Self> {
+    /// Imported resources are parts of the scene, or shared images.
+    pub fn new(gpu: &Arc<Device>, graph: &Graph<Work>, plan: &mut Plan, imports: &Imports) -> Result<Self> {
         let mut resources = Self {
             list: Vec::new(),
             memory: MemoryUse::default(),
@@ -76,7 +77,7 @@ impl Resources {
         };
         for (index, resource) in graph.resources().iter().enumerate() {
             let physical = match (resource.lifetime, resource.info) {
-                (Lifetime::Imported, _) => imported(scene, resource)?,
+                (Lifetime::Imported, _) => imports.find(resource)?,
                 // Another one in every frame: see `Executor::submit_to`.
                 (lifetime, ResourceInfo::Image(info)) if lifetime.is_acquired() => Physical::unacquired(info),
                 (Lifetime::Readback, ResourceInfo::Buffer(info)) => {
@@ -341,10 +342,22 @@ fn is_owned(lifetime: Lifetime) -> bool {
     !lifetime.is_acquired() && !matches!(lifetime, Lifetime::Readback | Lifetime::Imported)
 }
 
-/// The part of the scene that an imported resource is.
-fn imported(scene: Option<&SceneSet>, resource: &Resource) -> Result<Physical> {
-    let part = scene.and_then(|scene| scene.part(&resource.name));
-    part.ok_or_else(|| Error::Failure(format!("a pass needs `{}`, which the scene does not have", resource.name)))
+/// What a graph's imported resources are.
+#[derive(Clone, Default)]
+pub(super) struct Imports {
+    pub scene: Option<Arc<SceneSet>>,
+    /// Images of their own names.
+    pub images: Vec<Arc<SharedImage>>,
+}
+
+impl Imports {
+    fn find(&self, resource: &Resource) -> Result<Physical> {
+        let image = self.images.iter().find(|image| image.name == resource.name).map(|image| image.physical());
+        let part = || self.scene.as_ref().and_then(|scene| scene.part(&resource.name));
+        image
+            .or_else(part)
+            .ok_or_else(|| Error::Failure(format!("a pass needs `{}`, which the scene does not have", resource.name)))
+    }
 }
 
 impl Drop for Resources {

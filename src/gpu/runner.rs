@@ -8,7 +8,7 @@ use ash::vk;
 use super::batches::{PassBefore, batches};
 use super::check;
 use super::compiled::CompiledFrame;
-use super::recorder;
+use super::recorder::{self, Begins};
 use super::slot::Slot;
 use super::steps::Steps;
 use super::target::WindowTarget;
@@ -183,11 +183,12 @@ impl Runner<'_> {
         let mut steps = Steps::new(repeat, policy.max_submit_ms());
         while let Some(range) = steps.next() {
             let commands = self.begin()?;
-            if range.start == 0 {
+            let begins = if range.start == 0 { Begins::Yes } else { Begins::No };
+            if begins == Begins::Yes {
                 self.enter(commands, index)?;
             }
             let done = range.end;
-            recorder::record_repetitions(self.given.frame, commands, index, range);
+            recorder::record_repetitions(self.given.frame, commands, index, range, begins);
             self.submit(commands, &[], &[])?;
             let ms = self.wait()?;
             let flow = match policy {

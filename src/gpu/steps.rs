@@ -1,4 +1,5 @@
-//! The steps of a repeated pass: how many repetitions go into a submission, from how long those before took.
+//! The steps of a pass: how many of its repetitions, or of its rows of workgroups, go into a submission, from how long those
+//! before took.
 
 use std::ops::{ControlFlow, Range};
 
@@ -11,7 +12,8 @@ const FIRST_ROUND_BATCH: u32 = 2;
 /// Part of the longest submission that a step aims at, so that few exceed it.
 const AIM: f64 = 0.75;
 
-/// How far a repeated pass has come.
+/// How far a pass has come.
+#[derive(Debug)]
 pub(super) struct Steps {
     repeat: Repeat,
     max_submit_ms: f64,
@@ -23,13 +25,37 @@ pub(super) struct Steps {
     repetition_ms: f64,
     longest_ms: f64,
     count: u32,
+    /// Most repetitions of a step in the first round: the costly parts may still come.
+    most_at_first: u32,
 }
 
 impl Steps {
     /// Steps that take about `max_submit_ms` at most; with 0 each is one repetition.
     pub fn new(repeat: Repeat, max_submit_ms: f64) -> Self {
-        let (repetition_ms, longest_ms) = (0.0, 0.0);
-        Self { repeat, max_submit_ms, done: 0, end: repeat.count(), batch: 1, repetition_ms, longest_ms, count: 0 }
+        Self {
+            repeat,
+            max_submit_ms,
+            done: 0,
+            end: repeat.count(),
+            batch: 1,
+            repetition_ms: 0.0,
+            longest_ms: 0.0,
+            count: 0,
+            most_at_first: FIRST_ROUND_BATCH,
+        }
+    }
+
+    /// The same from a later round on; the ones before it have been done in an earlier frame.
+    pub fn starting_at(self, round: u32) -> Self {
+        let done = (round * self.repeat.parts).min(self.end);
+        Self { done, ..self }
+    }
+
+    /// Steps through the rows of one dispatch that took `expected_ms` in the frame before, where that is known.
+    pub fn of_rows(rows: u32, max_submit_ms: f64, expected_ms: Option<f64>) -> Self {
+        let steps = Self::new(Repeat { rounds: 1, parts: rows }, max_submit_ms);
+        let batch = expected_ms.map_or(1, |ms| next_batch(rows, ms / f64::from(rows), max_submit_ms));
+        Self { batch, most_at_first: u32::MAX, ..steps }
     }
 
     /// The repetitions to run next; `None` at the end.
@@ -49,9 +75,13 @@ impl Steps {
         self.repetition_ms = (ms / f64::from(ran)).max(FORGETTING * self.repetition_ms);
         self.batch = next_batch(self.batch, self.repetition_ms, self.max_submit_ms);
         if self.done < self.repeat.parts {
-            // The costly parts may still come.
-            self.batch = self.batch.min(FIRST_ROUND_BATCH);
+            self.batch = self.batch.min(self.most_at_first);
         }
+    }
+
+    /// Whether no step of this frame is done.
+    pub fn is_at_start(&self) -> bool {
+        self.count == 0
     }
 
     /// Rounds that are finished.
@@ -100,6 +130,27 @@ mod tests {
         let repeat = Repeat { rounds: 5, parts: 3 };
         assert_eq!(run(repeat, 100.0, 99), (vec![0..1, 1..3, 3..7, 7..15], 5));
         assert_eq!(run(repeat, 0.0, 99), ((0..15).map(|i| i..i + 1).collect(), 5), "one by one");
+    }
+
+    #[test]
+    fn rows_begin_with_what_is_known_of_them() {
+        let ranges = |expected_ms| {
+            let mut steps = Steps::of_rows(10, 4.0, expected_ms);
+            let mut ranges = Vec::new();
+            while let Some(range) = steps.next() {
+                steps.took(f64::from(range.end - range.start), ControlFlow::Continue(()));
+                ranges.push(range);
+            }
+            ranges
+        };
+        assert_eq!(ranges(None), [0..1, 1..3, 3..6, 6..9, 9..10]);
+        assert_eq!(ranges(Some(10.0)), [0..3, 3..6, 6..9, 9..10]);
+    }
+
+    #[test]
+    fn a_later_frame_goes_on_with_its_round() {
+        let steps = Steps::new(Repeat { rounds: 5, parts: 3 }, 0.0).starting_at(2);
+        assert_eq!((steps.next(), steps.rounds_done()), (Some(6..7), 2));
     }
 
     #[test]

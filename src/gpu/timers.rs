@@ -1,5 +1,6 @@
-//! GPU timestamps: one at the start of the frame and one after every pass.
+//! GPU timestamps: one at the start of the frame, or of a piece of it, and one after every pass.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ash::vk;
@@ -32,6 +33,14 @@ impl Timers {
         self.write(commands, 0);
     }
 
+    /// Begins a piece of a frame that has some of its passes: what was written before has been read.
+    pub fn begin_piece(&self, commands: vk::CommandBuffer, passes: &Range<usize>) {
+        let (first, count) = (passes.start as u32, passes.len() as u32 + 1);
+        // SAFETY: recording outside a rendering scope; the piece before has been waited for.
+        unsafe { self.gpu.device.cmd_reset_query_pool(commands, self.pool, first, count) };
+        self.write(commands, first);
+    }
+
     /// Writes the timestamp after pass `index`.
     pub fn after_pass(&self, commands: vk::CommandBuffer, index: usize) {
         self.write(commands, index as u32 + 1);
@@ -47,10 +56,16 @@ impl Timers {
 
     /// Milliseconds of each pass; call after the frame's completion.
     pub fn read_ms(&self) -> Result<Vec<f64>> {
-        let mut ticks = vec![0_u64; self.count as usize];
-        // SAFETY: the frame that wrote the queries has completed, so all results are available.
+        self.read_piece_ms(&(0..self.count as usize - 1))
+    }
+
+    /// Milliseconds of some passes; call after the completion of the piece, or of the frame, that has them.
+    pub fn read_piece_ms(&self, passes: &Range<usize>) -> Result<Vec<f64>> {
+        let mut ticks = vec![0_u64; passes.len() + 1];
+        let first = passes.start as u32;
+        // SAFETY: what wrote the queries has completed, so all results are available.
         check("reading timestamps", unsafe {
-            self.gpu.device.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
+            self.gpu.device.get_query_pool_results(self.pool, first, &mut ticks, vk::QueryResultFlags::TYPE_64)
         })?;
         let ms_per_tick = f64::from(self.gpu.report().limits.timestamp_period_ns) * 1e-6;
         Ok(ticks.windows(2).map(|t| t[1].saturating_sub(t[0]) as f64 * ms_per_tick).collect())

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use crate::graph::{BufferHandle, ImageLevel};
+use crate::graph::{BufferHandle, ImageHandle, ImageLevel};
 use crate::shared::DISPATCH_WIDTH;
 
 /// The work of one pass.
@@ -66,6 +66,25 @@ pub struct ComputeWork {
 }
 
 impl ComputeWork {
+    /// Rows of workgroups that may be dispatched one after the other, where there are several. A row is whole, so that
+    /// shaders may ask for the number of workgroups in it; how many rows there are they must not ask for.
+    #[must_use]
+    pub fn rows(&self) -> Option<u32> {
+        match self.dispatch {
+            Dispatch::Groups([_, rows, 1]) if rows > 1 && self.repeat.is_none() => Some(rows),
+            _ => None,
+        }
+    }
+
+    /// Workgroups of a row, where that is known.
+    #[must_use]
+    pub fn row_groups(&self) -> u32 {
+        match self.dispatch {
+            Dispatch::Groups([columns, ..]) => columns,
+            Dispatch::Indirect { .. } => 0,
+        }
+    }
+
     /// Words that are pushed in all: those of the work, then the round and the part of one that repeats.
     #[must_use]
     pub fn push_words(&self) -> usize {
@@ -261,5 +280,12 @@ pub enum TransferOp {
         to: BufferHandle,
         /// Where in the destination.
         offset_bytes: u64,
+    },
+    /// Copies the first level of an image to one of the same size and format.
+    CopyImage {
+        /// Source.
+        from: ImageHandle,
+        /// Destination.
+        to: ImageHandle,
     },
 }

@@ -5,6 +5,7 @@
 
 use super::builder::{Graph, Use};
 use super::plan::{Barrier, MemoryBarrier, Plan, PlannedPass, meet};
+use super::resource::Lifetime;
 
 /// Something recorded before a pass, and the passes before which it may be recorded instead.
 struct Movable {
@@ -58,6 +59,10 @@ fn earliest<P>(plan: &Plan, graph: &Graph<P>, barrier: &Barrier, latest: usize) 
     let resource = barrier.resource;
     if graph.resources()[resource.index()].lifetime.is_acquired() {
         // Nobody may touch it before the submission that waits for its semaphore, which begins with its first pass.
+        return latest;
+    }
+    if graph.resources()[resource.index()].lifetime == Lifetime::Imported && barrier.is_transition() {
+        // Others may read the image between the submissions of this frame, until its own pass.
         return latest;
     }
     let info = graph.resources()[resource.index()].info;

@@ -1,8 +1,9 @@
-//! `present`: the finished picture in the window, and the panel over it. Only frames that a window shows have it.
+//! `present`: the finished picture in the window, and the panel over it. They are a small frame of their own, which a window
+//! shows again and again while the frame of the next picture, of which the last pass here is a part, goes on.
 
 use ash::vk;
 
-use crate::gpu::{ColorTarget, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work};
+use crate::gpu::{ColorTarget, DrawCall, RasterDraw, RasterState, RasterWork, TransferOp, Viewport, Work};
 use crate::graph::{Access, Graph, ImageHandle, ImageInfo, Pass};
 
 /// What the window wants of its pictures.
@@ -25,8 +26,29 @@ pub enum Part {
     Right,
 }
 
-/// Adds the passes to a finished frame.
-pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat, part: Part) {
+/// Name of the image in which a finished picture is handed over.
+pub const SHOWN_PICTURE: &str = "shown_picture";
+/// Its format: that of `tone_map`.
+pub const SHOWN_FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
+
+/// Adds the last pass of a frame whose picture is shown: a copy of it, so that it stays as it is until the next one is done.
+pub fn publish(graph: &mut Graph<Work>, picture: ImageHandle) {
+    let shown = graph.imported_image(SHOWN_PICTURE, SHOWN_FORMAT);
+    let copy = Work::Transfer(vec![TransferOp::CopyImage { from: picture, to: shown }]);
+    let pass = Pass::new("publish", copy).uses(picture, Access::TransferRead).uses(shown, Access::TransferWrite);
+    graph.add_pass(pass);
+}
+
+/// The frame that shows what has been published, or nothing, and the panel over it.
+#[must_use]
+pub fn show(window: WindowFormat, part: Part, has_picture: bool) -> Graph<Work> {
+    let mut graph = Graph::default();
+    let picture = has_picture.then(|| graph.imported_image(SHOWN_PICTURE, SHOWN_FORMAT));
+    add(&mut graph, picture, window, part);
+    graph
+}
+
+fn add(graph: &mut Graph<Work>, picture: Option<ImageHandle>, window: WindowFormat, part: Part) {
     // The size is the window's in each frame; a graph outlives it.
     let info = ImageInfo::new(window.format, 1, 1);
     let (shown, access, clear) = match part {
@@ -52,14 +74,14 @@ pub fn add(graph: &mut Graph<Work>, picture: ImageHandle, window: WindowFormat, 
         colors: vec![ColorTarget { target: shown.into(), clear }],
         depth: None,
         extent_px: [1, 1],
-        draws: vec![draw],
+        draws: picture.map(|_| draw).into_iter().collect(),
         uses_scene: false,
     };
-    graph.add_pass(
-        Pass::new("present/draw_picture", Work::Raster(work))
-            .bind("picture", picture, Access::FragmentSampled)
-            .uses(shown, access),
-    );
+    let pass = Pass::new("present/draw_picture", Work::Raster(work)).uses(shown, access);
+    graph.add_pass(match picture {
+        Some(picture) => pass.bind("picture", picture, Access::FragmentSampled),
+        None => pass,
+    });
     if part == Part::Left {
         return;
     }

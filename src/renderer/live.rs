@@ -1,27 +1,27 @@
 //! Frames that a window shows: camera, lights and settings change while they run, and only what has another shape is
 //! compiled anew.
 
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
+
 use super::shape::{checked_shapes, shapes};
 use super::{Renderer, frame_data};
 use crate::error::Result;
 use crate::frame::FrameOutputs;
-use crate::gpu::{FrameResult, FrameTicket, WindowTarget};
+use crate::gpu::{FrameResult, PacedFrame, SharedImage, SteppedFrame};
 use crate::graph::BufferHandle;
 use crate::job::Job;
-use crate::passes::present::{Part, WindowFormat};
+use crate::passes::present::{SHOWN_FORMAT, SHOWN_PICTURE};
 use crate::settings::Settings;
 use crate::shared::{InspectedPixel, PunctualLight};
 use crate::techniques::{self, Count, Technique, TechniqueShape};
 
-/// What a window wants of its frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WindowOptions {
-    /// Format of the window's images.
-    pub format: WindowFormat,
-    /// Which part of the window they fill.
-    pub part: Part,
-    /// Whether they tell everything about one pixel.
-    pub inspect: bool,
+/// What a frame has behind its picture for a window.
+pub(super) struct Live {
+    /// Where its picture is left.
+    pub picture: Arc<SharedImage>,
+    /// Where in its readback each buffer of [`feedback_buffers`] is.
+    pub feedback: Vec<Range<usize>>,
 }
 
 /// What a completed frame of a window has told.
@@ -50,22 +50,35 @@ impl FrameFeedback {
 }
 
 impl Renderer {
-    /// A frame for a window. What `before` measured of the same scene is used again where the settings leave it as it
-    /// was; `measured_with` are the settings that it was measured with.
+    /// A frame for a window, which may tell everything about one pixel. What `before` measured of the same scene is used
+    /// again where the settings leave it as it was; `measured_with` are the settings that it was measured with.
     ///
     /// # Errors
     /// Those of [`Renderer::new`].
-    pub fn for_window(
-        job: &Job<'_>,
-        window_options: WindowOptions,
-        before: Option<(&Self, &Settings)>,
-    ) -> Result<Self> {
+    pub fn for_window(job: &Job<'_>, inspect: bool, before: Option<(&Self, &Settings)>) -> Result<Self> {
         let technique = techniques::of(job.settings)?;
         let known = before.filter(|(_, measured_with)| technique.keeps_measures(job.settings, measured_with));
         let known = known.map(|(before, _)| &*before.shapes.technique);
         let mut shapes = checked_shapes(technique, job, known.filter(|known| is_of(*known, technique)))?;
-        shapes.frame.inspect = window_options.inspect;
-        Self::compile(job, shapes, Some(window_options))
+        shapes.frame.inspect = inspect;
+        let size_px = [shapes.frame.width_px, shapes.frame.height_px];
+        let picture = SharedImage::new(job.gpu, SHOWN_PICTURE, SHOWN_FORMAT, size_px)?;
+        Self::compile(job, shapes, Some(picture))
+    }
+
+    /// Whether what it measured of the scene, with the settings `measured_with`, holds for others as well.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] when there is no such technique.
+    pub fn knows(&self, settings: &Settings, measured_with: &Settings) -> Result<bool> {
+        let technique = techniques::of(settings)?;
+        Ok(is_of(&*self.shapes.technique, technique) && technique.keeps_measures(settings, measured_with))
+    }
+
+    /// Where a frame of a window leaves its picture.
+    #[must_use]
+    pub fn shown_picture(&self) -> Option<&Arc<SharedImage>> {
+        self.live.as_ref().map(|live| &live.picture)
     }
 
     /// Whether frames of the job's settings are the ones compiled, but for their constants. `measured_with` are the
@@ -73,15 +86,12 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Usage`] when the settings do not fit the device.
-    pub fn fits(&self, job: &Job<'_>, measured_with: &Settings, window_options: WindowOptions) -> Result<bool> {
-        let technique = techniques::of(job.settings)?;
-        let known = &*self.shapes.technique;
-        let same_window = self.shown.as_ref().is_some_and(|(shown, _)| *shown == window_options);
-        if !same_window || !is_of(known, technique) || !technique.keeps_measures(job.settings, measured_with) {
+    pub fn fits(&self, job: &Job<'_>, measured_with: &Settings, inspect: bool) -> Result<bool> {
+        if !self.knows(job.settings, measured_with)? {
             return Ok(false);
         }
-        let mut shapes = shapes(technique, job, Some(known))?;
-        shapes.frame.inspect = window_options.inspect;
+        let mut shapes = shapes(techniques::of(job.settings)?, job, Some(&*self.shapes.technique))?;
+        shapes.frame.inspect = inspect;
         Ok(shapes == self.shapes)
     }
 
@@ -111,19 +121,40 @@ impl Renderer {
         self.data.inspected_pixel = pixel;
     }
 
-    /// Submits one frame into an image of the window.
+    /// Begins a frame that goes in pieces; see [`crate::gpu::Executor::begin_paced`].
     ///
     /// # Errors
-    /// When the device is lost, and those of the overlay.
-    pub fn submit_to(&mut self, shown: &mut WindowTarget<'_>) -> Result<FrameTicket> {
+    /// When the device is lost.
+    pub fn begin_paced(&mut self, first_round: u32) -> Result<PacedFrame> {
         self.follow_last_frame();
-        self.executor.submit_to(bytemuck::bytes_of(&self.data), shown)
+        self.executor.begin_paced(bytemuck::bytes_of(&self.data), first_round)
+    }
+
+    /// Goes on with a frame; see [`crate::gpu::Executor::advance`].
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn advance(
+        &mut self,
+        frame: &mut PacedFrame,
+        longest_ms: f64,
+        flow: ControlFlow<()>,
+    ) -> Result<Option<SteppedFrame>> {
+        self.executor.advance(frame, longest_ms, flow)
+    }
+
+    /// Ends a frame before it is done; see [`crate::gpu::Executor::abandon`].
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn abandon(&mut self, frame: PacedFrame) -> Result<()> {
+        self.executor.abandon(frame)
     }
 
     /// What a completed frame has told; `None` for frames without a window.
     #[must_use]
     pub fn feedback(&self, result: &FrameResult) -> Option<FrameFeedback> {
-        let (_, ranges) = self.shown.as_ref()?;
+        let ranges = &self.live.as_ref()?.feedback;
         let parts: Vec<&[u8]> = ranges.iter().map(|range| result.readback.get(range.clone())).collect::<Option<_>>()?;
         let words: Vec<Vec<u32>> = parts.iter().map(|part| bytemuck::pod_collect_to_vec(part)).collect();
         let counters = 2..2 + self.outputs.technique.counters.len();

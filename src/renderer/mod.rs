@@ -2,20 +2,22 @@
 
 mod live;
 mod shape;
+mod show;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec2;
 
-pub use self::live::{FrameFeedback, WindowOptions};
+pub use self::live::FrameFeedback;
+use self::live::Live;
 use self::shape::checked_shapes;
+pub use self::show::Show;
 use crate::camera::View;
 use crate::error::Result;
 use crate::files::pictures::Picture;
 use crate::frame::readback;
 use crate::frame::{self, FrameOutputs};
-use crate::gpu::{Executor, FrameResult, FrameTicket, OnStep, SteppedFrame, Written};
+use crate::gpu::{Executor, FrameResult, FrameTicket, OnStep, SharedImage, SteppedFrame, Written};
 use crate::graph::BufferHandle;
 pub use crate::job::Job;
 use crate::passes::present;
@@ -48,9 +50,8 @@ pub struct Renderer {
     /// Whether the next frame has other lights of the scene.
     lights_changed: bool,
     shapes: Shapes,
-    /// What the frame has behind the picture for a window, and where in its readback each buffer of
-    /// [`live::feedback_buffers`] is.
-    shown: Option<(WindowOptions, Vec<Range<usize>>)>,
+    /// What the frame has behind the picture for a window.
+    live: Option<Live>,
 }
 
 impl Renderer {
@@ -78,18 +79,20 @@ impl Renderer {
         Self::compile(job, shapes, None)
     }
 
-    fn compile(job: &Job<'_>, shapes: Shapes, window_options: Option<WindowOptions>) -> Result<Self> {
+    /// With a picture it is a frame for a window, which leaves its own there.
+    fn compile(job: &Job<'_>, shapes: Shapes, picture: Option<Arc<SharedImage>>) -> Result<Self> {
         let (mut graph, outputs) = frame::build(&shapes);
-        let shown = window_options.map(|window_options| {
+        let live = picture.map(|picture| {
             let feedback = readback::add(&mut graph, &live::feedback_buffers(&outputs));
-            present::add(&mut graph, outputs.tone_mapped.picture, window_options.format, window_options.part);
-            (window_options, feedback)
+            present::publish(&mut graph, outputs.tone_mapped.picture);
+            Live { picture, feedback }
         });
-        let mut executor = Executor::new(job.gpu, graph, Some(Arc::clone(&job.scene.set)))?;
+        let images = live.iter().map(|live| Arc::clone(&live.picture)).collect();
+        let mut executor = Executor::with_images(job.gpu, graph, Some(Arc::clone(&job.scene.set)), images)?;
         executor.set_max_submit_ms(f64::from(job.settings.device.max_submit_ms));
         let data = frame_data(job, &shapes);
         let (camera, seed) = (job.camera.clone(), job.settings.tracing.seed);
-        Ok(Self { executor, outputs, camera, seed, data, last_data: data, lights_changed: false, shapes, shown })
+        Ok(Self { executor, outputs, camera, seed, data, last_data: data, lights_changed: false, shapes, live })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does

@@ -134,8 +134,8 @@ settings_group! {
         /// [default: fifo]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "fifo|mailbox|immediate|fifo-relaxed")]
         pub present_mode: PresentMode = PresentMode::Fifo,
-        /// Edge of the rendered picture as a fraction of the window's, 0.05 to 1, or `auto`: 1, but on a CPU driver what
-        /// holds about 10 frames per second [default: auto]
+        /// Edge of the rendered picture as a fraction of the window's, 0.05 to 1, or `auto`: 1 at rest, and
+        /// while anything moves what holds about 10 frames per second [default: auto]
         #[arg(long, value_name = "auto|F", allow_negative_numbers = true)]
         pub render_scale: RenderScale = RenderScale::Auto,
     }

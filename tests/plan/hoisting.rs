@@ -95,6 +95,19 @@ fn a_window_image_is_not_touched_before_its_first_pass() {
 }
 
 #[test]
+fn an_imported_image_stays_as_others_find_it_until_its_own_pass() {
+    let mut frame = Graph::new();
+    let buffer = frame.transient_buffer("counts", 64);
+    let shown = frame.imported_image("shown", color().format);
+    frame.add_pass(pass("count").bind(0, buffer, Access::ComputeWrite));
+    frame.add_pass(pass("sum").bind(0, buffer, Access::ComputeReadWrite));
+    frame.add_pass(pass("copy").uses(shown, Access::TransferWrite));
+    let plan = hoisted(&frame);
+    assert_eq!(batches(&plan), [("count", 1), ("sum", 1), ("copy", 1)]);
+    assert_eq!(plan.release.len(), 1, "and it is left as they find it");
+}
+
+#[test]
 fn memory_is_taken_over_after_its_last_owner() {
     let mut frame = Graph::new();
     let first = frame.transient_buffer("first", 64);

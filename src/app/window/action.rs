@@ -46,6 +46,8 @@ pub enum Action {
     /// Save the picture: to a `.png` or `.exr` file, or both beside the settings under a name without an extension;
     /// without any name under the next free one.
     Screenshot(Option<PathBuf>),
+    /// The same for a picture of the window's size with the settings in use, once there is one.
+    Render(Option<PathBuf>),
     /// Save the settings.
     SaveSettings(PathBuf),
     /// Load settings.
@@ -62,6 +64,16 @@ pub enum Action {
     Minimise,
     /// Bring it back.
     Restore,
+    /// Move back until all of the scene is in sight, and orbit it.
+    FrameScene,
+    /// Orbit the scene, or fly.
+    Orbit,
+    /// Fly as fast as suits the scene.
+    ResetSpeed,
+    /// Show or hide what the keys do.
+    Help,
+    /// Leave, unless something would be lost: then ask first.
+    Leave,
     /// Leave.
     Quit,
 }

@@ -58,7 +58,6 @@ impl App {
         let Some(session) = &mut self.session else { return };
         match session.turn() {
             Ok(Pace::Quit) => event_loop.exit(),
-            Ok(Pace::AtOnce) => event_loop.set_control_flow(ControlFlow::Poll),
             Ok(Pace::In(wait)) => event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + wait)),
             Err(error) => self.fail(event_loop, error),
         }

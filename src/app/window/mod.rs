@@ -8,12 +8,15 @@ mod loader;
 mod panel;
 mod presenter;
 mod presets;
+mod quality;
+mod refinement;
 #[cfg(feature = "shader-compiler")]
 mod reload;
 mod scale;
 mod screenshot;
 mod script;
 mod session;
+mod stage;
 mod sun;
 
 use std::path::Path;

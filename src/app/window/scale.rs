@@ -1,12 +1,21 @@
-//! `--render-scale`: the size of the picture within the window, adapted to a slow device.
+//! How cheap pictures must be while something moves: first fewer lights and samples, then a smaller picture.
 
-use crate::settings::{RenderScale, Size};
+use super::quality::{Rung, smallest_scale};
 
-/// Scales that `auto` takes.
-const LADDER: [f32; 10] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.09, 0.065, 0.05];
+/// Cheaper and cheaper ways.
+const LADDER: [Rung; 8] = [
+    Rung { scale: 1.0, is_cheap: false },
+    Rung { scale: 1.0, is_cheap: true },
+    Rung { scale: 0.75, is_cheap: true },
+    Rung { scale: 0.5, is_cheap: true },
+    Rung { scale: 0.375, is_cheap: true },
+    Rung { scale: 0.25, is_cheap: true },
+    Rung { scale: 0.1875, is_cheap: true },
+    Rung { scale: 0.125, is_cheap: true },
+];
 /// A frame of 10 per second.
 const AIM_MS: f64 = 100.0;
-/// Slower or faster than this, in `AIM_MS`, the scale changes.
+/// Slower or faster than this, in `AIM_MS`, the rung changes.
 const SLOW: f64 = 1.3;
 const FAST: f64 = 0.5;
 /// Frames whose median decides.
@@ -17,12 +26,12 @@ const WARM_UP: u32 = 4;
 const LONGEST_STEP: usize = 2;
 /// A smaller picture that takes more than this of the time before does not help.
 const NO_HELP: f64 = 0.85;
-/// Pixels of the first picture.
-const FIRST_PIXELS: f32 = 320.0 * 180.0;
 
-/// Chooses the scale of the next frames.
+/// Chooses the rung of the next frames.
 pub struct ScaleControl {
     rung: usize,
+    /// The cheapest one: with others the picture would be too small.
+    cheapest: usize,
     /// Frames observed since the last decision.
     observed: Vec<f64>,
     /// Frames that do not count.
@@ -36,24 +45,28 @@ pub struct ScaleControl {
 }
 
 impl ScaleControl {
-    /// Starts with a picture of moderate size.
-    pub fn new(window_px: [u32; 2]) -> Self {
-        let wanted = (FIRST_PIXELS / (window_px[0] as f32 * window_px[1] as f32).max(1.0)).sqrt();
-        let rung = LADDER.iter().position(|scale| *scale <= wanted).unwrap_or(LADDER.len() - 1);
-        Self { rung, observed: Vec::new(), warming: WARM_UP, before: None, lowest: LADDER.len() - 1, highest: 0 }
+    /// Starts with the best pictures, or with the cheapest ones on a device that is known to be slow.
+    pub fn new(window_px: [u32; 2], is_slow: bool) -> Self {
+        let cheapest = cheapest(window_px);
+        let rung = if is_slow { cheapest } else { 0 };
+        Self { rung, cheapest, observed: Vec::new(), warming: WARM_UP, before: None, lowest: cheapest, highest: 0 }
     }
 
-    /// Other settings, another scene: what was learnt counts no longer.
-    pub fn forget(&mut self) {
-        *self = Self { rung: self.rung, ..Self::new([1, 1]) };
+    /// Other settings, another scene, another size of the window: what was learnt counts no longer.
+    pub fn forget(&mut self, window_px: [u32; 2]) {
+        let cheapest = cheapest(window_px);
+        // Where the cheapest was in use it stays so, although it is another one.
+        let rung = if self.rung == self.cheapest { cheapest } else { self.rung.min(cheapest) };
+        *self = Self { rung, ..Self::new(window_px, false) };
     }
 
-    /// The scale in use.
-    pub fn scale(&self) -> f32 {
-        LADDER[self.rung]
+    /// The rung in use.
+    pub fn rung(&self, window_px: [u32; 2]) -> Rung {
+        let rung = LADDER[self.rung];
+        Rung { scale: rung.scale.max(smallest_scale(window_px)), ..rung }
     }
 
-    /// Takes note of a frame; true when the scale has changed.
+    /// Takes note of a frame; true when the rung has changed.
     pub fn observe(&mut self, frame_ms: f64) -> bool {
         if self.warming > 0 {
             self.warming -= 1;
@@ -88,8 +101,11 @@ impl ScaleControl {
 
     /// The largest picture that would be fast enough if time went with pixels; not too far from the one in use.
     fn rung_for(&self, ms: f64) -> usize {
-        let wanted = f64::from(self.scale()) * (AIM_MS / ms).sqrt();
-        let rung = LADDER.iter().position(|scale| f64::from(*scale) <= wanted).unwrap_or(LADDER.len() - 1);
+        if !LADDER[self.rung].is_cheap {
+            return self.rung + 1;
+        }
+        let wanted = f64::from(LADDER[self.rung].scale) * (AIM_MS / ms).sqrt();
+        let rung = LADDER.iter().position(|rung| f64::from(rung.scale) <= wanted).unwrap_or(LADDER.len() - 1);
         rung.min(self.rung + LONGEST_STEP)
     }
 
@@ -100,80 +116,86 @@ impl ScaleControl {
     }
 }
 
-/// Size of the picture in a window: whole pixels, and at least as many as an interleaving pattern has.
-pub fn picture_size(window_px: [u32; 2], scale: f32, interleave: u32) -> Size {
-    let edge = |px: u32| ((px as f32 * scale).round() as u32).max(interleave.max(1));
-    Size { width: edge(window_px[0]), height: edge(window_px[1]) }
-}
-
-/// The scale that the settings ask for, when it is not chosen by the frame's time.
-pub fn fixed_scale(setting: RenderScale, is_cpu: bool) -> Option<f32> {
-    match setting {
-        RenderScale::Fixed(scale) => Some(scale),
-        RenderScale::Auto if is_cpu => None,
-        RenderScale::Auto => Some(1.0),
-    }
+/// The last rung with which the picture in a window is not too small.
+fn cheapest(window_px: [u32; 2]) -> usize {
+    let smallest = smallest_scale(window_px);
+    LADDER.iter().position(|rung| rung.scale <= smallest).unwrap_or(LADDER.len() - 1)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Frames until the scale changes, at most `most`.
+    const WINDOW: [u32; 2] = [1280, 720];
+    /// The rung of half the window's size.
+    const HALF: usize = 3;
+
+    fn control(rung: usize) -> ScaleControl {
+        ScaleControl { rung, ..ScaleControl::new(WINDOW, false) }
+    }
+
+    /// Frames until the rung changes, at most `most`.
     fn frames_to_change(control: &mut ScaleControl, ms: f64, most: u32) -> Option<u32> {
         (1..=most).find(|_| control.observe(ms))
     }
 
     #[test]
-    fn slow_frames_make_the_picture_smaller_and_fast_ones_larger() {
-        let mut control = ScaleControl::new([1280, 720]);
-        assert_eq!(control.scale(), 0.25);
-        assert_eq!(frames_to_change(&mut control, 170.0, 99), Some(WARM_UP + OBSERVED as u32));
-        assert_eq!(control.scale(), 0.1875);
-        assert_eq!(frames_to_change(&mut control, 90.0, 99), None);
-        let mut control = ScaleControl::new([1280, 720]);
-        assert!(frames_to_change(&mut control, 10.0, 20).is_some());
-        assert_eq!(control.scale(), 0.375);
+    fn slow_frames_become_cheaper_and_fast_ones_better() {
+        let mut slow = control(HALF);
+        assert_eq!(frames_to_change(&mut slow, 170.0, 99), Some(WARM_UP + OBSERVED as u32));
+        assert_eq!(slow.rung(WINDOW).scale, 0.375);
+        assert_eq!(frames_to_change(&mut slow, 90.0, 99), None);
+        let mut fast = control(HALF);
+        assert!(frames_to_change(&mut fast, 10.0, 20).is_some());
+        assert_eq!(fast.rung(WINDOW).scale, 0.75);
     }
 
     #[test]
-    fn much_too_slow_frames_take_two_rungs() {
-        let mut control = ScaleControl::new([1280, 720]);
+    fn lights_and_samples_go_first() {
+        let mut control = ScaleControl::new(WINDOW, false);
+        assert_eq!(control.rung(WINDOW), Rung { scale: 1.0, is_cheap: false });
         assert!(frames_to_change(&mut control, 900.0, 20).is_some());
-        assert_eq!(control.scale(), 0.125);
+        assert_eq!(control.rung(WINDOW), Rung { scale: 1.0, is_cheap: true });
+    }
+
+    #[test]
+    fn much_too_slow_frames_take_two_rungs_and_pictures_are_never_too_small() {
+        let mut control = control(HALF);
+        assert!(frames_to_change(&mut control, 900.0, 20).is_some());
+        assert_eq!(control.rung(WINDOW).scale, 0.25);
+        (0..200).for_each(|i| {
+            control.observe(f64::from(9000 - i * 40));
+        });
+        assert_eq!(control.rung(WINDOW).scale, 0.1875);
+        assert_eq!(ScaleControl::new(WINDOW, true).rung(WINDOW).scale, 0.1875);
+        assert_eq!(ScaleControl::new([300, 100], true).rung([300, 100]).scale, 1.0);
+        assert_eq!(ScaleControl::new([1920, 1080], true).rung([1920, 1080]).scale, 0.125);
     }
 
     #[test]
     fn one_slow_frame_changes_nothing() {
-        let mut control = ScaleControl::new([1280, 720]);
+        let mut control = control(HALF);
         let changes = (0..100).filter(|i| control.observe(if i % 5 == 0 { 900.0 } else { 90.0 })).count();
         assert_eq!(changes, 0);
     }
 
     #[test]
     fn it_stops_where_a_smaller_picture_does_not_help() {
-        let mut control = ScaleControl::new([1280, 720]);
+        let mut control = control(HALF);
         let changes = (0..100).filter(|_| control.observe(500.0)).count();
-        assert_eq!((changes, control.scale()), (2, 0.25), "once down, and back");
+        assert_eq!((changes, control.rung), (2, HALF), "once down, and back");
     }
 
     #[test]
     fn it_does_not_swing() {
-        let mut control = ScaleControl::new([1280, 720]);
+        let mut control = control(HALF);
         let time = |scale: f32| 4000.0 * f64::from(scale * scale);
         let changes = (0..500)
             .filter(|_| {
-                let ms = time(control.scale());
+                let ms = time(control.rung(WINDOW).scale);
                 control.observe(ms)
             })
             .count();
         assert!(changes < 10, "{changes}");
-    }
-
-    #[test]
-    fn tiny_windows_have_pixels() {
-        assert_eq!(picture_size([1, 1], 0.05, 4), Size { width: 4, height: 4 });
-        assert_eq!(picture_size([1280, 720], 0.25, 1), Size { width: 320, height: 180 });
-        assert_eq!(fixed_scale(RenderScale::Auto, true), None);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use winit::keyboard::KeyCode;
 
@@ -14,6 +15,15 @@ use crate::{Error, Result};
 #[derive(Debug, Default, PartialEq)]
 pub struct Script {
     actions: VecDeque<(u64, Action)>,
+    /// Those at moments, from when the first scene is there.
+    timed: VecDeque<(Duration, Action)>,
+}
+
+/// When an action is due.
+#[derive(Clone, Copy)]
+enum Moment {
+    Frame(u64),
+    Time(Duration),
 }
 
 impl Script {
@@ -29,16 +39,22 @@ impl Script {
     }
 
     fn parse(text: &str) -> std::result::Result<Self, (usize, String)> {
-        let mut actions = Vec::new();
+        let (mut actions, mut timed) = (Vec::new(), Vec::new());
         for (index, line) in text.lines().enumerate() {
             let line = line.trim();
             if !line.is_empty() && !line.starts_with('#') {
-                actions.extend(parse_line(line).map_err(|what| (index + 1, what))?);
+                for (moment, action) in parse_line(line).map_err(|what| (index + 1, what))? {
+                    match moment {
+                        Moment::Frame(frame) => actions.push((frame, action)),
+                        Moment::Time(time) => timed.push((time, action)),
+                    }
+                }
             }
         }
         // Stable: actions of one frame stay in their order.
         actions.sort_by_key(|(frame, _)| *frame);
-        Ok(Self { actions: actions.into() })
+        timed.sort_by_key(|(time, _)| *time);
+        Ok(Self { actions: actions.into(), timed: timed.into() })
     }
 
     /// Takes the next action that is due at `frame`.
@@ -47,24 +63,30 @@ impl Script {
         self.actions.pop_front().map(|(_, action)| action)
     }
 
+    /// Takes the next action that is due at a time.
+    pub fn next_timed(&mut self, time: Duration) -> Option<Action> {
+        self.timed.front().filter(|(due, _)| *due <= time)?;
+        self.timed.pop_front().map(|(_, action)| action)
+    }
+
     /// Whether there is something left to do.
     pub fn is_over(&self) -> bool {
-        self.actions.is_empty()
+        self.actions.is_empty() && self.timed.is_empty()
     }
 }
 
-fn parse_line(line: &str) -> std::result::Result<Vec<(u64, Action)>, String> {
+fn parse_line(line: &str) -> std::result::Result<Vec<(Moment, Action)>, String> {
     let (first, rest) = word(line);
     let (frame, rest) = word(rest);
     let (name, rest) = word(rest);
     if first != "at" || name.is_empty() {
         return Err(format!("`{line}` is not of the form `at FRAME ACTION`"));
     }
-    let frame: u64 = frame.parse().map_err(|_| format!("`{frame}` is not the number of a frame"))?;
+    let moment = moment(frame).ok_or_else(|| format!("`{frame}` is not the number of a frame"))?;
     if name == "key" {
-        return held_key(frame, rest);
+        return held_key(moment, rest);
     }
-    Ok(vec![(frame, action(name, rest)?)])
+    Ok(vec![(moment, action(name, rest)?)])
 }
 
 fn action(name: &str, rest: &str) -> std::result::Result<Action, String> {
@@ -87,6 +109,7 @@ fn action(name: &str, rest: &str) -> std::result::Result<Action, String> {
         },
         "drop" => file().map(Action::Open),
         "screenshot" => file().map(|path| Action::Screenshot(Some(path))),
+        "render" => file().map(|path| Action::Render(Some(path))),
         "save-settings" => file().map(Action::SaveSettings),
         "load-settings" => file().map(Action::LoadSettings),
         "split" => alone(Action::Split),
@@ -111,18 +134,33 @@ fn action(name: &str, rest: &str) -> std::result::Result<Action, String> {
     }
 }
 
-/// A key that is held for some frames, 1 unless it is said.
-fn held_key(frame: u64, rest: &str) -> std::result::Result<Vec<(u64, Action)>, String> {
-    let (name, frames) = word(rest);
+/// A key that is held for some frames, 1 unless it is said; from a time on for some seconds.
+fn held_key(from: Moment, rest: &str) -> std::result::Result<Vec<(Moment, Action)>, String> {
+    let (name, held) = word(rest);
     let key: KeyCode = keys::NAMES
         .iter()
         .find_map(|(known, key)| (*known == name).then_some(*key))
         .ok_or_else(|| format!("there is no key `{name}`; keys are {}", key_names()))?;
-    let frames: u64 = match frames {
-        "" => 1,
-        number => number.parse().map_err(|_| format!("`{number}` is not a number of frames"))?,
+    let held = if held.is_empty() { "1" } else { held };
+    let until = match from {
+        Moment::Frame(frame) => held.parse().ok().map(|frames| Moment::Frame(frame.saturating_add(frames))),
+        Moment::Time(time) => seconds(held).map(|held| Moment::Time(time + held)),
     };
-    Ok(vec![(frame, Action::Press(key)), (frame.saturating_add(frames), Action::Release(key))])
+    let unit = if matches!(from, Moment::Frame(_)) { "frames" } else { "seconds" };
+    let until = until.ok_or_else(|| format!("`{held}` is not a number of {unit}"))?;
+    Ok(vec![(from, Action::Press(key)), (until, Action::Release(key))])
+}
+
+/// A frame, or a time with an `s` behind it.
+fn moment(text: &str) -> Option<Moment> {
+    match text.strip_suffix('s') {
+        Some(time) => seconds(time).map(Moment::Time),
+        None => text.parse().ok().map(Moment::Frame),
+    }
+}
+
+fn seconds(text: &str) -> Option<Duration> {
+    text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
 }
 
 fn key_names() -> String {
@@ -161,6 +199,19 @@ mod tests {
     }
 
     #[test]
+    fn actions_come_at_their_times() {
+        let mut script = Script::parse("at 2.5s key w 0.5\nat 1s pause\nat 3 quit\n").unwrap();
+        let time = Duration::from_secs_f64;
+        assert_eq!(script.next_timed(time(0.9)), None);
+        assert_eq!(script.next_timed(time(2.6)), Some(Action::Pause));
+        assert_eq!(script.next_timed(time(2.6)), Some(Action::Press(KeyCode::KeyW)));
+        assert_eq!(script.next_timed(time(2.9)), None);
+        assert_eq!(script.next_timed(time(3.0)), Some(Action::Release(KeyCode::KeyW)));
+        assert_eq!((script.is_over(), script.next(3)), (false, Some(Action::Quit)));
+        assert!(script.is_over());
+    }
+
+    #[test]
     fn mistakes_name_the_line() {
         let cases = [
             ("at 1 quit\nquit", 2, "`quit` is not of the form `at FRAME ACTION`"),
@@ -169,6 +220,8 @@ mod tests {
             ("at 1 resize big", 1, "`big` is not a size"),
             ("at 1 key hyper", 1, "there is no key `hyper`"),
             ("at 1 key w long", 1, "`long` is not a number of frames"),
+            ("at 1s key w long", 1, "`long` is not a number of seconds"),
+            ("at -1s quit", 1, "`-1s` is not the number of a frame"),
             ("at 1 divider 2", 1, "`divider 2` needs a number from 0 to 1"),
             ("at 1 inspect 0.5", 1, "`inspect 0.5` needs two numbers from 0 to 1"),
             ("at 1 look 3", 1, "`look 3` needs two numbers"),

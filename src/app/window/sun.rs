@@ -19,6 +19,8 @@ pub struct Suns {
     lights: Vec<PunctualLight>,
     steered: Option<Steered>,
     changed: bool,
+    /// How often they have changed.
+    changes: u64,
 }
 
 /// The sun that can be turned.
@@ -40,7 +42,7 @@ impl Suns {
             let found = SunPlace::towards(-Vec3::from_array(lights[index].direction_ws));
             Steered { index, place: placed.unwrap_or(found), own: placed.is_none().then_some(found) }
         });
-        Self { lights: lights.to_vec(), steered, changed: false }
+        Self { lights: lights.to_vec(), steered, changed: false, changes: 0 }
     }
 
     /// The scene has been loaded again: its sun is known to stand where it did.
@@ -68,6 +70,7 @@ impl Suns {
             sun.place = place;
             self.lights[sun.index].direction_ws = place.travel_ws().to_array();
             self.changed = true;
+            self.changes += 1;
         }
     }
 
@@ -100,6 +103,7 @@ impl Suns {
             self.lights[index].direction_ws = (-direction_to_sun).to_array();
         }
         self.changed = true;
+        self.changes += 1;
     }
 
     /// Whether the sun stands elsewhere than the sky has it that the scene is under.
@@ -107,6 +111,11 @@ impl Suns {
         let (Some(sky_sun), Some(steered)) = (scene.sky_sun, &self.steered) else { return false };
         let towards = -Vec3::from_array(self.lights[steered.index].direction_ws);
         towards.angle_between(environment::turned(sky_sun, turn_deg)).to_degrees() > SKY_STEP_DEG
+    }
+
+    /// How often the lights have changed.
+    pub fn changes(&self) -> u64 {
+        self.changes
     }
 
     /// Whether the lights changed since a frame last showed them.

@@ -1,6 +1,7 @@
 //! What the panel shows of everything else.
 
 use super::history::History;
+use crate::app::window::quality::Quality;
 use crate::gpu::MemoryUse;
 use crate::renderer::FrameFeedback;
 use crate::settings::{Settings, Size};
@@ -28,8 +29,8 @@ pub struct Facts<'a> {
     pub cameras: Vec<&'a str>,
     /// How far a scene is loaded.
     pub loading: Option<String>,
-    /// Frames accumulated.
-    pub accumulated: u32,
+    /// How far the picture has come.
+    pub progress: Progress,
     /// Time stands still.
     pub paused: bool,
     /// Azimuth and elevation of the sun.
@@ -44,6 +45,21 @@ pub struct Facts<'a> {
     pub held: Option<HeldFacts<'a>>,
     /// A pixel is inspected.
     pub inspects: bool,
+}
+
+/// How far the picture has come.
+#[derive(Clone, Copy)]
+pub struct Progress {
+    /// How good the picture is that is shown; `None` where it is of something else.
+    pub quality: Option<Quality>,
+    /// Frames in the mean.
+    pub accumulated: u32,
+    /// Frames that it will be of.
+    pub goal: u32,
+    /// There will be no better picture.
+    pub is_done: bool,
+    /// Rounds done and all of them, of a reference that shows what it has.
+    pub part: Option<[u32; 2]>,
 }
 
 /// What is known of one side of the window.

@@ -3,9 +3,11 @@
 mod compare;
 mod exposure;
 pub mod facts;
+mod help;
 pub mod history;
 mod inspector;
 mod legend;
+mod progress;
 mod rows;
 mod times;
 
@@ -24,8 +26,10 @@ use super::action::Action;
 use super::presets::PRESETS;
 use crate::gpu::PanelPicture;
 
-/// Seconds that a message stays.
-const MESSAGE_S: u64 = 4;
+/// A message stays for so long.
+pub const MESSAGE: Duration = Duration::from_secs(4);
+/// Time between two pictures of a panel that moves.
+const DISPLAY: Duration = Duration::from_millis(16);
 /// Width of the panel in points.
 const WIDTH: f32 = 380.0;
 const ERROR: Color32 = Color32::from_rgb(255, 130, 120);
@@ -35,6 +39,7 @@ pub struct Panel {
     context: Context,
     input: egui_winit::State,
     visible: bool,
+    shows_help: bool,
     rows: Rows,
     error: Option<String>,
     message: Option<(Instant, String)>,
@@ -50,12 +55,12 @@ impl Panel {
         context.set_theme(egui::Theme::Dark);
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, None);
-        let hello =
-            "Tab: settings and times    W A S D Q E, mouse button: move    1-9: cameras    Esc: leave".to_owned();
+        let hello = "Tab: settings    H: what the keys do".to_owned();
         Self {
             context,
             input,
             visible: false,
+            shows_help: false,
             rows: Rows::new(),
             error: None,
             message: Some((Instant::now(), hello)),
@@ -68,6 +73,11 @@ impl Panel {
     /// Shows or hides the panel.
     pub fn toggle(&mut self) {
         self.visible = !self.visible;
+    }
+
+    /// Shows or hides what the keys do.
+    pub fn toggle_help(&mut self) {
+        self.shows_help = !self.shows_help;
     }
 
     /// Shows an error until something is changed.
@@ -85,9 +95,11 @@ impl Panel {
         self.message = Some((Instant::now(), text));
     }
 
-    /// Whether the panel moves by itself.
-    pub fn wants_repaint(&self) -> bool {
-        self.repaint || self.message.is_some()
+    /// When the panel is to be laid out again, should nothing happen: it moves by itself, or a message is to go.
+    pub fn repaint_in(&self) -> Option<Duration> {
+        let message = self.message.as_ref().map(|(since, _)| MESSAGE.saturating_sub(since.elapsed()));
+        let moves = self.repaint.then_some(DISPLAY);
+        moves.into_iter().chain(message).min()
     }
 
     /// Lets egui see an event; true when it is not for the picture.
@@ -111,7 +123,7 @@ impl Panel {
 
     /// Lays the panel out; gives what to draw and what the user wants.
     pub fn run(&mut self, window: &Window, facts: &Facts<'_>) -> (PanelPicture, Vec<Action>) {
-        if self.message.as_ref().is_some_and(|(since, _)| since.elapsed() > Duration::from_secs(MESSAGE_S)) {
+        if self.message.as_ref().is_some_and(|(since, _)| since.elapsed() >= MESSAGE) {
             self.message = None;
         }
         let input = self.input.take_egui_input(window);
@@ -136,6 +148,8 @@ impl Panel {
             });
         }
         compare::overlay(ui, ui.available_rect_before_wrap(), facts, actions);
+        progress::mark(ui, facts);
+        help::window(ui, &mut self.shows_help);
         self.notes(ui, facts);
     }
 
@@ -194,17 +208,12 @@ impl Panel {
         ui.add_space(6.0);
         ui.label(RichText::new(facts.device).small());
         let [width, height] = facts.window_px;
-        let reason = if facts.scale_is_chosen { ", chosen for about 10 frames/s" } else { "" };
         ui.label(format!(
-            "{:.1} frames/s, {} pixels in {width}x{height}{reason}",
+            "{:.1} frames/s, {} pixels in {width}x{height}",
             facts.history.frames_per_second(),
             facts.picture
         ));
-        if facts.settings.render.accumulate > 1 {
-            let goal = facts.settings.render.accumulate;
-            let done = facts.accumulated.min(goal);
-            ui.add(egui::ProgressBar::new(done as f32 / goal as f32).text(format!("mean of {done} of {goal} frames")));
-        }
+        progress::bar(ui, facts);
         ui.horizontal_wrapped(|ui| {
             if ui
                 .button("Screenshot (F6)")

@@ -1,20 +1,28 @@
 //! What each action does.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use winit::dpi::PhysicalSize;
 use winit::window::Fullscreen;
 
-use super::Session;
 use super::split::Inspector;
+use super::{Session, Shot};
 use crate::Result;
 use crate::app::setup::find_camera;
 use crate::app::window::action::Action;
 use crate::app::window::camera::FlyCamera;
 use crate::app::window::loader::{Loading, Wanted};
+use crate::app::window::panel::MESSAGE;
+use crate::app::window::stage::Stage;
+#[cfg(feature = "shader-compiler")]
+use crate::app::window::stage::Wanted as FrameWanted;
 use crate::app::window::{presets, screenshot};
 use crate::settings::{EnvironmentSource, Scope, Settings};
 use crate::techniques;
+
+/// What a camera that orbits does.
+const ORBITS: &str = "the mouse, a button held: around the scene; wheel: nearer; O or W A S D Q E: fly";
 
 impl Session {
     /// Does one thing; what the user got wrong is shown in the window.
@@ -44,7 +52,7 @@ impl Session {
                 self.change(changed)?;
                 self.panel.say(format!("exposure {stops:+} stops"));
             }
-            Action::Preset(name) => self.change(Ok(presets::apply(name, &self.settings, &self.defaults)))?,
+            Action::Preset(name) => self.change(Ok(presets::apply(name, &self.settings, &Settings::default())))?,
             Action::Sun(turn) => self.turn_sun(turn),
             Action::SunSpeed(speed) => self.sun_speed = speed,
             Action::Split => self.toggle_split(),
@@ -57,10 +65,17 @@ impl Session {
                 self.change(Ok(self.settings.clone().changed(|s| s.environment.source = source)))?;
             }
             Action::Open(path) => self.load(Some(path))?,
-            Action::Screenshot(name) => self.screenshots.push(name),
+            Action::Screenshot(name) => self.screenshots.push(Shot { name, waits: false }),
+            Action::Render(name) => {
+                self.screenshots.push(Shot { name, waits: true });
+                if !self.refinement.is_full() {
+                    self.panel.say("the picture is saved once it has all pixels".to_owned());
+                }
+            }
             Action::SaveSettings(path) => {
                 let saved = screenshot::save_settings(&self.present_settings(), &path);
                 if self.recover(saved)?.is_some() {
+                    self.saved_settings = self.settings.clone();
                     self.panel.say(format!("saved {}", path.display()));
                 }
             }
@@ -85,6 +100,14 @@ impl Session {
                 self.hidden = false;
                 self.presenter.resized();
             }
+            Action::FrameScene => self.frame_scene(),
+            Action::Orbit => self.toggle_orbit(),
+            Action::ResetSpeed => {
+                let speed = self.keys.reset_speed();
+                self.say_speed(speed);
+            }
+            Action::Help => self.panel.toggle_help(),
+            Action::Leave => self.leave(),
             Action::Quit => self.quit = true,
         }
         self.light_anew()
@@ -92,6 +115,7 @@ impl Session {
 
     fn resize(&mut self, size: [u32; 2]) {
         self.no_area = size.contains(&0);
+        self.asked_size_px = Some(size).filter(|_| !self.no_area);
         if self.no_area {
             self.presenter.resized();
         } else if let Some(size) = self.window.request_inner_size(PhysicalSize::new(size[0], size[1])) {
@@ -100,11 +124,49 @@ impl Session {
         }
     }
 
+    fn frame_scene(&mut self) {
+        let [width, height] = self.window_px();
+        if let Some(stage) = &self.stage {
+            self.camera.frame(&stage.scene().bounds, width as f32 / height.max(1) as f32);
+            self.panel.say(ORBITS.to_owned());
+        }
+    }
+
+    fn toggle_orbit(&mut self) {
+        let bounds = self.stage.as_ref().map(|stage| stage.scene().bounds);
+        let begins = !self.camera.orbits();
+        self.camera.orbit(bounds.as_ref().filter(|_| begins));
+        self.panel.say(if begins { ORBITS } else { "W A S D Q E and the mouse, a button held: fly" }.to_owned());
+    }
+
+    /// Says how fast the camera flies.
+    pub(super) fn say_speed(&mut self, speed: f32) {
+        self.panel.say(format!("flies {speed:.3} m/s (wheel; R: as before)"));
+        self.dirty = true;
+    }
+
+    /// Leaves, or says what would be lost.
+    fn leave(&mut self) {
+        let asks = self.asked_to_leave.is_some_and(|asked| asked.elapsed() < MESSAGE);
+        let lost = if self.screenshots.is_empty() {
+            (self.settings != self.saved_settings).then_some("the settings have been changed and not been saved")
+        } else {
+            Some("a picture is still to be saved")
+        };
+        match lost.filter(|_| !asks) {
+            None => self.quit = true,
+            Some(lost) => {
+                self.asked_to_leave = Some(Instant::now());
+                self.panel.say(format!("{lost}: Esc once more leaves"));
+            }
+        }
+    }
+
     fn go_to_camera(&mut self, index: usize) {
-        let Some(scene) = self.presenter.scene() else { return };
+        let Some(scene) = self.stage.as_ref().map(Stage::scene) else { return };
         match scene.cameras.get(index) {
             Some(camera) => {
-                self.camera = FlyCamera::new(camera);
+                self.camera = FlyCamera::for_scene(camera, &scene.bounds);
                 self.settings.scene.camera = Some(camera.name.clone());
             }
             None => self.panel.say(format!("the scene has {} camera(s)", scene.cameras.len())),
@@ -117,7 +179,7 @@ impl Session {
         let Some(new) = self.recover(checked)? else { return Ok(()) };
         let before = std::mem::replace(&mut self.settings, new);
         self.panel.clear_error();
-        self.scale.forget();
+        self.scale.forget(self.window_px());
         if self.settings.window.present_mode != before.window.present_mode {
             self.presenter.resized();
         }
@@ -127,17 +189,17 @@ impl Session {
         }
         let place = |settings: &Settings| (settings.environment.scale, settings.environment.turn_deg);
         if place(&self.settings) != place(&before)
-            && let Some(scene) = self.presenter.scene()
+            && let Some(scene) = self.stage.as_ref().map(Stage::scene)
         {
             self.suns.follow(scene, &self.settings.environment);
             self.sun_turned_deg = f32::INFINITY;
         }
         if self.settings.scene.camera != before.scene.camera
-            && let Some(scene) = self.presenter.scene()
+            && let Some((scene, bounds)) = self.stage.as_ref().map(|stage| (stage.scene(), stage.scene().bounds))
         {
             let found = find_camera(scene, self.settings.scene.camera.as_deref());
             match self.recover(found)? {
-                Some(camera) => self.camera = FlyCamera::new(&camera),
+                Some(camera) => self.camera = FlyCamera::for_scene(&camera, &bounds),
                 None => self.settings.scene.camera = before.scene.camera,
             }
         }
@@ -169,6 +231,7 @@ impl Session {
         let scene = new.scene.file.clone();
         let other_scene = scene != self.settings.scene.file;
         self.change(Ok(new.changed(|s| s.scene.file = self.settings.scene.file.clone())))?;
+        self.saved_settings = self.settings.clone();
         self.panel.say(format!("loaded {}", path.display()));
         if other_scene { self.load(scene) } else { Ok(()) }
     }
@@ -200,27 +263,23 @@ impl Session {
         log::info!("{what}");
         self.panel.say(what);
         let before = compiled.put_in_use();
-        let adopted = self.presenter.compile(self.camera.camera());
+        let adopted = self.compile_again();
         if self.recover(adopted)?.is_none() {
             // They compile, but the frame cannot have them: bindings that are not there, say.
             before.put_in_use();
         }
-        self.accumulated = 0;
+        self.begins_anew = true;
         Ok(())
     }
 
-    /// Takes the screenshots that were asked for, of the last frame; waits for it.
-    pub(super) fn take_screenshots(&mut self) -> Result<()> {
-        for name in std::mem::take(&mut self.screenshots) {
-            let Some(renderer) = self.presenter.renderer() else { return Ok(()) };
-            let held = self.presenter.held_renderer().zip(self.held_settings());
-            let saved = screenshot::save(renderer, &self.picture_settings(), held, name.as_deref());
-            if let Some(what) = self.recover(saved)? {
-                log::info!("saved {what}");
-                self.panel.say(format!("saved {what}"));
-            }
-        }
-        Ok(())
+    /// Compiles the frames that come first with the shaders in use.
+    #[cfg(feature = "shader-compiler")]
+    fn compile_again(&mut self) -> Result<()> {
+        let quality = self.first_quality();
+        let (settings, held) = (self.settings_for(quality), self.held_settings_for(quality));
+        let (camera, inspects) = (self.camera.camera(), self.inspector.is_on());
+        let wanted = FrameWanted { settings: &settings, held: held.as_ref(), camera, inspects };
+        self.stage.as_mut().map_or(Ok(()), |stage| stage.compile_again(quality, &wanted))
     }
 }
 

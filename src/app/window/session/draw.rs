@@ -1,19 +1,19 @@
-//! From what the window holds to one frame of it.
+//! What the window shows: the last picture and the panel over it.
 
 use std::time::{Duration, Instant};
 
+use super::Session;
 use super::split::Inspector;
-use super::{Pace, Session};
 use crate::Result;
 use crate::app::window::action::Action;
-use crate::app::window::app::IDLE;
 use crate::app::window::loader::Loading;
-use crate::app::window::panel::facts::{Facts, SideFacts};
-use crate::app::window::presenter::{DoneFrame, Outcome, Request};
-use crate::app::window::scale::{fixed_scale, picture_size};
+use crate::app::window::panel::facts::{Facts, Progress, SideFacts};
+use crate::app::window::presenter::{Outcome, View};
+use crate::app::window::refinement::Next;
+use crate::app::window::stage::{FrameSet, Stage};
 use crate::gpu::PanelPicture;
-use crate::renderer::{FrameFeedback, Renderer};
-use crate::settings::Settings;
+use crate::renderer::Renderer;
+use crate::settings::{Settings, Size};
 
 /// Time between two titles.
 const TITLE_EVERY: Duration = Duration::from_millis(500);
@@ -29,128 +29,59 @@ impl Session {
         })
     }
 
-    /// The settings with the picture's size in place of the window's.
-    pub(super) fn picture_settings(&self) -> Settings {
-        self.sized(self.present_settings())
-    }
-
-    /// Settings with the size that the picture has in the window.
-    pub(super) fn sized(&self, settings: Settings) -> Settings {
-        let scale = fixed_scale(settings.window.render_scale, self.presenter.gpu().report().is_cpu())
-            .unwrap_or_else(|| self.scale.scale());
-        let size = picture_size(self.window_px(), scale, settings.lgh.interleave);
-        settings.changed(|s| s.picture.size = size)
-    }
-
-    /// Runs the panel, adapts the frame to what it says, and shows it.
-    pub(super) fn draw(&mut self) -> Result<Pace> {
-        let (picture, actions) = self.run_panel();
+    /// Shows the last picture with the panel over it, if anything looks different from what is shown.
+    pub(super) fn show(&mut self) -> Result<()> {
+        let now = Instant::now();
+        self.dirty |= self.repaint_at.is_some_and(|at| at <= now);
+        if !self.dirty || !self.presenter.is_ready(self.stage.as_mut())? {
+            return Ok(());
+        }
+        let (mut picture, actions) = self.run_panel();
+        self.repaint_at = self.panel.repaint_in().map(|pause| now + pause);
         self.dirty = false;
+        // Of a picture that could not be shown the textures are still wanted.
+        let mut textures = std::mem::take(&mut self.panel_picture.textures);
+        textures.append(picture.textures);
+        picture.textures = textures;
+        self.panel_picture = picture;
         for action in actions {
             self.act(action)?;
         }
         if let (Inspector::Cursor(_), Some(at)) = (self.inspector, self.panel.cursor()) {
             self.inspector = Inspector::Cursor(at);
         }
-        if !self.adapt()? {
-            return Ok(Pace::AtOnce);
-        }
-        let settings = self.picture_settings();
-        let held = self.held_settings();
-        if self.changes_picture() {
-            self.accumulated = 0;
-        }
-        self.shown_settings = self.settings.clone();
-        let lights = self.suns.changed_lights();
-        let window_px = self.window_px();
-        let request = Request {
-            settings: &settings,
-            held: held.as_ref().zip(self.split.as_ref().map(|split| split.divider)),
-            camera: self.camera.camera(),
-            lights,
-            number: self.accumulated,
-            inspected: self.inspector.point(),
-            panel: &picture,
+        let view = View {
+            window_px: self.window_px(),
+            divider: self.split.as_ref().map_or(0.0, |split| split.divider),
+            panel: &self.panel_picture,
+            present_mode: self.settings.window.present_mode,
         };
-        if let Some(capture) = &mut self.capture {
-            capture.begin(self.shown_count);
+        if self.presenter.show(&view, self.stage.as_mut())? == Outcome::Skipped {
+            self.dirty = true;
+            return Ok(());
         }
-        let outcome = self.presenter.frame(window_px, &request);
-        let was_shown = matches!(outcome, Ok(Outcome::Shown));
-        let captured = self.capture.as_mut().map_or(Ok(None), |capture| capture.end(was_shown));
-        let outcome = outcome?;
+        self.panel_picture.textures.clear();
+        self.end_capture()
+    }
+
+    /// A capture ends once the picture of its frame is shown.
+    fn end_capture(&mut self) -> Result<()> {
+        if !std::mem::take(&mut self.capture_ends) {
+            return Ok(());
+        }
+        let captured = self.capture.as_mut().map_or(Ok(None), |capture| capture.end(true));
         if let Some(Some(path)) = self.recover(captured)? {
             self.panel.say(format!("RenderDoc captured {}", path.display()));
         }
-        self.shown_camera = Some(self.camera.camera().clone());
-        if outcome == Outcome::Skipped {
-            self.dirty = true;
-            return Ok(Pace::In(IDLE));
-        }
-        self.suns.mark_shown();
-        self.shown_count += 1;
-        self.accumulated = self.accumulated.saturating_add(1);
-        self.take_screenshots()?;
-        Ok(Pace::AtOnce)
-    }
-
-    /// Compiles what has another shape with the settings; false when that failed and settings went back.
-    fn adapt(&mut self) -> Result<bool> {
-        let start = Instant::now();
-        let held_anew = self.adapt_held()?;
-        let adapted = self.presenter.adapt(self.camera.camera(), &self.picture_settings(), self.inspector.is_on());
-        match self.recover(adapted)? {
-            Some(anew) => {
-                if anew || held_anew {
-                    log::debug!("compiled anew in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
-                    self.history.forget();
-                    self.accumulated = 0;
-                }
-                Ok(true)
-            }
-            None => {
-                // The frame before stays, and so do its settings.
-                self.settings = self.shown_settings.clone();
-                Ok(false)
-            }
-        }
-    }
-
-    /// Whether a mean of frames must begin anew.
-    fn changes_picture(&self) -> bool {
-        self.settings != self.shown_settings
-            || self.shown_camera.as_ref() != Some(self.camera.camera())
-            || self.suns.are_changed()
-    }
-
-    /// Takes note of the frames that have completed.
-    pub(super) fn take_done(&mut self) {
-        for DoneFrame { main, held } in self.presenter.take_done() {
-            let mut ms = main.result.gpu_ms();
-            ms += self.split.as_mut().zip(held).map_or(0.0, |(split, held)| split.take(held));
-            self.history.add(main.result);
-            self.take_feedback(main.feedback);
-            if self.chooses_scale() && self.goal() == 1 && self.scale.observe(ms) {
-                let size = self.picture_settings().picture.size;
-                log::warn!("frames take {ms:.0} ms: the picture now has {size} pixels");
-            }
-        }
-    }
-
-    /// Takes note of what a frame told; a window at rest shows it once more where it is of something else.
-    fn take_feedback(&mut self, feedback: Option<FrameFeedback>) {
-        let subject = |feedback: &Option<FrameFeedback>| {
-            feedback.as_ref().map(|feedback| feedback.inspected.map(|pixel| pixel.pixel))
-        };
-        self.dirty |= subject(&feedback) != subject(&self.feedback);
-        self.feedback = feedback;
+        Ok(())
     }
 
     fn run_panel(&mut self) -> (PanelPicture, Vec<Action>) {
-        let (picture, window_px, scale_is_chosen) =
-            (self.picture_settings().picture.size, self.window_px(), self.chooses_scale());
-        let settings = self.present_settings();
-        let renderer = self.presenter.renderer();
+        let (window_px, scale_is_chosen) = (self.window_px(), self.chooses_scale());
+        let (settings, progress) = (self.present_settings(), self.progress());
+        let (stage, picture) = (self.stage.as_ref(), self.picture_size());
+        let set = stage.and_then(Stage::shown);
+        let renderer = set.map(|set| &set.main.renderer);
         let facts = Facts {
             settings: &settings,
             picture,
@@ -160,18 +91,40 @@ impl Session {
             memory: renderer.map(|r| r.executor().memory()).unwrap_or_default(),
             reserved_bytes: self.presenter.gpu().reserved_bytes(),
             device: &self.presenter.gpu().report().name,
-            cameras: self.presenter.scene().map_or_else(Vec::new, |s| s.cameras.iter().map(|c| &*c.name).collect()),
+            cameras: stage.map_or_else(Vec::new, |stage| stage.scene().cameras.iter().map(|c| &*c.name).collect()),
             loading: self.loading.as_ref().map(Loading::progress),
-            accumulated: self.accumulated,
+            progress,
             paused: self.clock.paused,
             sun_deg: self.suns.angles_deg(),
             sun_speed: self.sun_speed,
             scale_is_chosen,
             main: SideFacts { shapes: renderer.map(Renderer::shapes), feedback: self.feedback.as_ref() },
-            held: self.split.as_ref().map(|split| split.facts(&self.presenter, &settings)),
+            held: self.split.as_ref().map(|split| split.facts(set, &settings)),
             inspects: self.inspector.is_on(),
         };
         self.panel.run(&self.window, &facts)
+    }
+
+    /// Size of the picture that is shown.
+    pub(super) fn picture_size(&self) -> Size {
+        let shown = self.stage.as_ref().and_then(Stage::shown);
+        let size = |set: &FrameSet| {
+            let frame = &set.main.renderer.shapes().frame;
+            Size { width: frame.width_px, height: frame.height_px }
+        };
+        shown.map_or(Size { width: 0, height: 0 }, size)
+    }
+
+    /// How far the picture has come.
+    fn progress(&self) -> Progress {
+        let plan = self.plan();
+        Progress {
+            quality: self.stage.as_ref().and_then(Stage::shown_quality),
+            accumulated: self.refinement.accumulated(),
+            goal: plan.goal(),
+            is_done: self.refinement.next(&plan, Instant::now()) == Next::Nothing,
+            part: self.part,
+        }
     }
 
     /// Says in the title what is going on.
@@ -181,12 +134,13 @@ impl Session {
         }
         self.titled = Instant::now();
         let mut title = String::from("gridlight");
-        if let Some(scene) = self.presenter.scene() {
-            let size = self.picture_settings().picture.size;
+        if let Some(scene) = self.scene() {
+            let size = self.picture_size();
             title += &format!(" - {} - {size} pixels - {:.1} frames/s", scene.name, self.history.frames_per_second());
         }
-        if self.goal() > 1 {
-            title += &format!(" - {} of {} frames", self.accumulated, self.goal());
+        let Progress { accumulated, goal, .. } = self.progress();
+        if goal > 1 && accumulated > 0 {
+            title += &format!(" - {accumulated} of {goal} frames");
         }
         if self.clock.paused {
             title += " - paused";

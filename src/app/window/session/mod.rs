@@ -2,6 +2,8 @@
 
 mod actions;
 mod draw;
+mod frames;
+mod scenes;
 mod split;
 
 use std::path::PathBuf;
@@ -12,42 +14,44 @@ use winit::event::{MouseScrollDelta, WindowEvent};
 use winit::keyboard::KeyCode;
 use winit::window::{CursorGrabMode, Window};
 
+use self::frames::Target;
 use self::split::{Inspector, Split};
 use super::action::Action;
 use super::app::IDLE;
 use super::camera::FlyCamera;
-use super::keys::{self, Keys};
+use super::keys::Keys;
 use super::loader::{Loading, Wanted};
 use super::panel::Panel;
 use super::panel::history::History;
 use super::presenter::Presenter;
+use super::quality::{Quality, fixed_scale};
+use super::refinement::{Next, Refinement};
 #[cfg(feature = "shader-compiler")]
 use super::reload::ShaderReload;
-use super::scale::{ScaleControl, fixed_scale};
+use super::scale::ScaleControl;
 use super::script::Script;
+use super::stage::Stage;
 use super::sun::Suns;
-use crate::app::setup::find_camera;
-use crate::gpu::FrameCapture;
+use crate::gpu::{FrameCapture, PanelPicture};
 use crate::renderer::FrameFeedback;
-use crate::scene::Camera;
-use crate::settings::{EnvironmentSettings, RenderScale, Settings};
+use crate::settings::{EnvironmentSettings, Settings};
 use crate::{Error, Result, interrupt};
 
-/// On a CPU driver the window begins with no more lights than this: they take most of such a device's time.
-const CPU_VPLS: u32 = 5_000;
 /// Longest step of time, however long a frame took.
 const LONGEST_STEP_S: f32 = 0.25;
 /// A step of time with the `.` key.
 const SINGLE_STEP_S: f32 = 1.0 / 30.0;
 /// Pause between looks at a frame that is under way.
 const BUSY: Duration = Duration::from_millis(1);
+/// Pause between steps of what moves.
+const MOVING: Duration = Duration::from_millis(5);
+/// A script goes on when what it did has been shown, or after so long.
+const SCRIPT_PATIENCE: Duration = Duration::from_millis(250);
 /// The sun's turn after which the lights are measured anew.
 const FAR_TURN_DEG: f32 = 10.0;
 
 /// When the next turn should come.
 pub enum Pace {
-    /// As soon as events are dealt with.
-    AtOnce,
     /// After a while, or with the next event.
     In(Duration),
     /// Never: leave.
@@ -62,20 +66,36 @@ struct Clock {
     steps: u32,
 }
 
+/// A screenshot that is asked for.
+struct Shot {
+    /// Its file, or the beginning of its files' names.
+    name: Option<PathBuf>,
+    /// For a picture of the window's size with the settings in use.
+    waits: bool,
+}
+
 /// Everything of an open window.
 pub struct Session {
     panel: Panel,
+    /// What is rendered, once there is a scene.
+    stage: Option<Stage>,
     presenter: Presenter,
     loading: Option<Loading>,
     window: Arc<Window>,
     settings: Settings,
-    /// What presets go back to: the defaults, as far as the device can bear them.
-    defaults: Settings,
+    /// The settings as they are in a file or on the command line.
+    saved_settings: Settings,
+    /// When it was last said what leaving would lose.
+    asked_to_leave: Option<Instant>,
     /// The settings of the last frame that could be compiled.
     shown_settings: Settings,
     script: Script,
-    /// Turns since the scene is there.
+    /// Frames that the script has seen.
     frame: u64,
+    /// When it saw the last one.
+    frame_seen: Instant,
+    /// When the first scene was there.
+    opened: Option<Instant>,
     keys: Keys,
     looking: bool,
     camera: FlyCamera,
@@ -88,27 +108,42 @@ pub struct Session {
     clock: Clock,
     scale: ScaleControl,
     history: History,
-    /// Frames accumulated since anything changed.
-    accumulated: u32,
+    /// What is to be seen, and how far its picture has come.
+    target: Option<Target>,
+    refinement: Refinement,
+    /// What is to be seen has changed, whether or not that can be told from the target.
+    begins_anew: bool,
+    /// The frame under way shows what has changed since.
+    is_late: bool,
+    /// Rounds done and all of them, of a reference that shows what it has.
+    part: Option<[u32; 2]>,
+    /// Quality of the last frame that completed.
+    shown_quality: Option<Quality>,
+    /// Frames that have completed.
+    frames_done: u64,
     /// What the last completed frame told.
     feedback: Option<FrameFeedback>,
     split: Option<Split>,
     inspector: Inspector,
-    /// Screenshots to take of the next frame.
-    screenshots: Vec<Option<PathBuf>>,
+    /// Screenshots to take.
+    screenshots: Vec<Shot>,
     capture: Option<FrameCapture>,
-    /// Frames shown.
-    shown_count: u64,
+    /// The next picture that is shown is that of a frame which may be captured.
+    capture_ends: bool,
     #[cfg(feature = "shader-compiler")]
     shaders: ShaderReload,
-    /// Where the last frame was seen from.
-    shown_camera: Option<Camera>,
-    /// Something may look different from the last frame.
+    /// The panel as it was laid out last; its textures are those that have not been shown.
+    panel_picture: PanelPicture,
+    /// When the panel wants to be laid out again.
+    repaint_at: Option<Instant>,
+    /// Something may look different from what is shown.
     dirty: bool,
     /// Nobody can see the window.
     hidden: bool,
     /// Size of the window, as the window system said last.
     size_px: [u32; 2],
+    /// Size that the window was asked to have last.
+    asked_size_px: Option<[u32; 2]>,
     /// The window was given no area, whatever the window system says.
     no_area: bool,
     quit: bool,
@@ -122,14 +157,10 @@ impl Session {
     ///
     /// # Errors
     /// Those of [`Presenter::open`] and [`FrameCapture::load`].
-    pub fn open(window: Arc<Window>, mut settings: Settings, script: Script) -> Result<Self> {
+    pub fn open(window: Arc<Window>, settings: Settings, script: Script) -> Result<Self> {
         let capture = FrameCapture::load(settings.output.renderdoc_frame)?;
         let presenter = Presenter::open(&settings, Arc::<Window>::clone(&window));
         let presenter = FrameCapture::opened(capture.as_ref(), presenter)?;
-        let mut defaults = Settings::default();
-        if presenter.gpu().report().is_cpu() && settings.window.render_scale == RenderScale::Auto {
-            adapt_to_cpu(&mut settings, &mut defaults);
-        }
         let size = window.inner_size();
         let layers = presenter.gpu().report().limits.array_layers;
         let wanted = Wanted {
@@ -142,11 +173,16 @@ impl Session {
         let now = Instant::now();
         Ok(Self {
             panel: Panel::new(&window),
+            stage: None,
             loading,
             window,
+            saved_settings: settings.clone(),
+            asked_to_leave: None,
             shown_settings: settings.clone(),
             script,
             frame: 0,
+            frame_seen: now,
+            opened: None,
             keys: Keys::new(),
             looking: false,
             camera: FlyCamera::nowhere(),
@@ -155,27 +191,34 @@ impl Session {
             sun_speed: 0.0,
             sun_turned_deg: 0.0,
             clock: Clock { last: now, paused: false, steps: 0 },
-            scale: ScaleControl::new([size.width, size.height]),
+            scale: ScaleControl::new([size.width, size.height], presenter.gpu().report().is_cpu()),
             history: History::default(),
-            accumulated: 0,
+            target: None,
+            refinement: Refinement::new(now),
+            begins_anew: true,
+            is_late: false,
+            part: None,
+            shown_quality: None,
+            frames_done: 0,
             feedback: None,
             split: None,
             inspector: Inspector::Off,
             screenshots: Vec::new(),
             capture,
-            shown_count: 0,
+            capture_ends: false,
             #[cfg(feature = "shader-compiler")]
             shaders: ShaderReload::start(),
-            shown_camera: None,
+            panel_picture: PanelPicture::default(),
+            repaint_at: None,
             dirty: true,
             hidden: false,
             size_px: [size.width, size.height],
+            asked_size_px: None,
             no_area: false,
             quit: false,
             has_scene: false,
             titled: now,
             settings,
-            defaults,
             presenter,
         })
     }
@@ -184,17 +227,19 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::Validation`] when the layers reported anything, the end included.
-    pub fn close(self) -> Result<()> {
+    pub fn close(mut self) -> Result<()> {
+        self.panel_picture.textures.clear();
         let log = self.presenter.gpu().validation_log();
         // The surface goes before its window.
-        let Self { presenter, panel, window, .. } = self;
+        let Self { presenter, stage, panel, window, .. } = self;
+        drop(stage);
         drop(presenter);
         drop(panel);
         drop(window);
         log.check()
     }
 
-    /// Goes on by one frame where that is possible.
+    /// Looks at what goes on, and begins what can begin; never waits for a frame.
     ///
     /// # Errors
     /// What nothing can be done about: the device is lost, the first scene cannot be loaded.
@@ -204,39 +249,57 @@ impl Session {
         }
         self.take_scene()?;
         self.light_anew()?;
-        if !self.has_scene {
-            self.show_title();
-            return Ok(Pace::In(IDLE));
-        }
-        if !self.presenter.is_ready()? {
-            return Ok(Pace::In(BUSY));
-        }
-        self.take_done();
         #[cfg(feature = "shader-compiler")]
         self.take_shaders()?;
-        // A script waits for scenes and for screenshots.
-        if self.loading.is_none() && self.screenshots.is_empty() {
-            self.run_script()?;
-            self.frame += 1;
-        }
+        let between_frames = self.advance()?;
+        self.run_script(between_frames)?;
         self.pass_time()?;
         self.show_title();
         if self.hidden || self.window_px().contains(&0) {
-            // There is no next frame: the last one must do.
+            return self.stay_hidden();
+        }
+        self.watch()?;
+        let renders = !between_frames && self.is_rendering() || self.begin_next()?;
+        if !renders {
             self.take_screenshots()?;
-            return Ok(Pace::In(IDLE));
         }
-        if self.is_at_rest() {
-            return Ok(Pace::In(10 * IDLE));
-        }
-        self.draw()
+        self.show()?;
+        Ok(Pace::In(self.pause()))
     }
 
-    /// Whether the next frame would look like the last.
-    fn is_at_rest(&self) -> bool {
-        let goal = self.goal();
-        let finished = goal > 1 && self.accumulated >= goal;
-        !self.dirty && self.script.is_over() && (self.clock.paused || finished) && !self.panel.wants_repaint()
+    fn is_rendering(&self) -> bool {
+        self.stage.as_ref().is_some_and(|stage| stage.running().is_some())
+    }
+
+    /// Nobody sees the window: nothing is rendered, and for screenshots the last picture must do.
+    fn stay_hidden(&mut self) -> Result<Pace> {
+        if let Some(stage) = &mut self.stage {
+            stage.abandon()?;
+        }
+        (self.begins_anew, self.dirty) = (true, true);
+        for shot in std::mem::take(&mut self.screenshots) {
+            self.take_screenshot(shot.name.as_deref())?;
+        }
+        Ok(Pace::In(IDLE))
+    }
+
+    /// How long nothing has to be looked at.
+    fn pause(&self) -> Duration {
+        let idle = 10 * IDLE;
+        if self.is_rendering() || self.dirty || !self.script.is_over() {
+            BUSY
+        } else if self.keys.are_moving() || self.sun_speed != 0.0 && !self.clock.paused {
+            MOVING
+        } else if self.loading.is_some() || !self.refinement.has_picture() || !self.refinement.is_full() {
+            IDLE
+        } else {
+            self.repaint_at.map_or(idle, |at| at.saturating_duration_since(Instant::now()).min(idle))
+        }
+    }
+
+    /// Whether the window has the size that it was asked to have.
+    fn has_asked_size(&self) -> bool {
+        self.asked_size_px.is_none_or(|asked| asked == self.size_px)
     }
 
     /// Size of the window in pixels, 0 where it has no area.
@@ -244,7 +307,20 @@ impl Session {
         if self.no_area { [0, 0] } else { self.size_px }
     }
 
-    fn run_script(&mut self) -> Result<()> {
+    /// Does what the script has for this moment. It waits for scenes, for screenshots, and until what it did is shown.
+    fn run_script(&mut self, between_frames: bool) -> Result<()> {
+        let Some(opened) = self.opened else { return Ok(()) };
+        while let Some(action) = self.script.next_timed(opened.elapsed()) {
+            log::debug!("{:.1} s: {action:?}", opened.elapsed().as_secs_f64());
+            self.act(action)?;
+        }
+        // What is not rendered because something may still move is not left out.
+        let waits = self.refinement.next(&self.plan(), Instant::now()) == Next::Wait;
+        let is_shown = !self.dirty && self.has_asked_size() || self.hidden || self.window_px().contains(&0);
+        let is_busy = !between_frames || waits || !is_shown && self.frame_seen.elapsed() < SCRIPT_PATIENCE;
+        if is_busy || self.loading.is_some() || !self.screenshots.is_empty() {
+            return Ok(());
+        }
         while let Some(action) = self.script.next(self.frame) {
             log::debug!("frame {}: {action:?}", self.frame);
             self.act(action)?;
@@ -252,6 +328,8 @@ impl Session {
                 break;
             }
         }
+        self.frame += 1;
+        self.frame_seen = Instant::now();
         Ok(())
     }
 
@@ -263,7 +341,6 @@ impl Session {
         let flight = self.keys.flight(seconds);
         if flight != glam::Vec3::ZERO {
             self.camera.fly(flight);
-            self.dirty = true;
         }
         let time = if self.clock.paused { SINGLE_STEP_S * self.clock.steps as f32 } else { seconds };
         self.clock.steps = 0;
@@ -274,8 +351,8 @@ impl Session {
         let is_shown = !self.suns.are_changed();
         if at_rest && is_shown && self.sun_turned_deg > FAR_TURN_DEG {
             self.sun_turned_deg = 0.0;
-            let measured = self.presenter.measure_again(self.camera.camera());
-            self.recover(measured)?;
+            self.stage.iter_mut().for_each(Stage::forget_measures);
+            self.begins_anew = true;
         }
         Ok(())
     }
@@ -283,76 +360,7 @@ impl Session {
     fn turn_sun(&mut self, [azimuth, elevation]: [f32; 2]) {
         if self.suns.turn_deg(azimuth, elevation) {
             self.sun_turned_deg += azimuth.abs() + elevation.abs();
-            self.dirty = true;
         }
-    }
-
-    /// Puts a scene that has been loaded on the stage.
-    fn take_scene(&mut self) -> Result<()> {
-        let Some(loading) = self.loading.take_if(|loading| loading.is_finished()) else { return Ok(()) };
-        let (wanted, loaded) = loading.finish();
-        let camera = wanted.is_again.then(|| self.camera.camera().clone());
-        let shown = loaded.and_then(|loaded| {
-            let named = self.settings.scene.camera.as_deref().filter(|_| !self.has_scene);
-            let camera = camera.map_or_else(|| find_camera(&loaded.scene, named), Ok)?;
-            let settings = self.picture_settings().changed(|s| s.scene.file.clone_from(&wanted.path));
-            self.presenter.set_scene(loaded, &camera, &settings)?;
-            Ok(camera)
-        });
-        let shown = match shown {
-            // Without any scene the error ends the program.
-            Err(error) if !self.has_scene => return Err(error),
-            shown => self.recover(shown)?,
-        };
-        match shown {
-            Some(camera) => self.show_scene(wanted, &camera),
-            // The environment before stays.
-            None => self.settings.environment.source.clone_from(&self.shown_environment.source),
-        }
-        Ok(())
-    }
-
-    /// Begins with a scene that is on the device.
-    fn show_scene(&mut self, wanted: Wanted, camera: &Camera) {
-        let Some((scene, uploaded)) = self.presenter.scene().zip(self.presenter.uploaded()) else { return };
-        let mut suns = Suns::new(scene, uploaded.other_lights(), wanted.sun);
-        if wanted.is_again {
-            suns.steered_as(&self.suns);
-        } else {
-            self.camera = FlyCamera::new(camera);
-            if self.has_scene {
-                (self.settings.scene.camera, self.settings.scene.sun) = (None, None);
-            }
-            self.keys.speed = 0.2 * scene.bounds.radius();
-        }
-        if wanted.environment != self.settings.environment {
-            suns.follow(scene, &self.settings.environment);
-        }
-        self.suns = suns;
-        (self.settings.scene.file, self.shown_environment) = (wanted.path, wanted.environment);
-        self.shown_settings = self.settings.clone();
-        self.scale.forget();
-        (self.has_scene, self.dirty, self.accumulated) = (true, true, 0);
-    }
-
-    /// Loads the scene that is shown once more where its environment is not the one that is asked for: there is another
-    /// one, or the sun has come to rest in another place than its sky was made for.
-    pub(super) fn light_anew(&mut self) -> Result<()> {
-        let Some(scene) = self.presenter.scene().filter(|_| self.loading.is_none()) else { return Ok(()) };
-        let asked = &self.settings.environment;
-        let is_other = asked.source != self.shown_environment.source;
-        if !is_other && !self.suns.have_left_their_sky(scene, asked.turn_deg) {
-            return Ok(());
-        }
-        let wanted = Wanted {
-            path: self.settings.scene.file.clone(),
-            sun: self.suns.setting(),
-            environment: asked.clone(),
-            is_again: true,
-        };
-        let started = Loading::start(wanted, self.presenter.gpu().report().limits.array_layers);
-        self.loading = self.recover(started)?;
-        Ok(())
     }
 
     /// Shows an error that the window survives; gives others back.
@@ -371,7 +379,7 @@ impl Session {
 
     /// Whether the picture's size follows the time that frames take.
     fn chooses_scale(&self) -> bool {
-        fixed_scale(self.settings.window.render_scale, self.presenter.gpu().report().is_cpu()).is_none()
+        fixed_scale(self.settings.window.render_scale).is_none()
     }
 
     /// Lets the panel see an event; true when it is the panel's alone.
@@ -384,8 +392,12 @@ impl Session {
 
     /// A key goes down or up.
     pub fn key(&mut self, key: KeyCode, down: bool, repeat: bool) {
+        // The keys that were held until now have moved the camera until now.
+        if let Err(error) = self.pass_time() {
+            log::error!("{error}");
+        }
         self.keys.set(key, down);
-        if let Some(action) = keys::action_of(key).filter(|_| down && !repeat)
+        if let Some(action) = self.keys.action(key).filter(|_| down && !repeat)
             && let Err(error) = self.act(action)
         {
             log::error!("{error}");
@@ -417,21 +429,27 @@ impl Session {
     pub fn mouse_moved(&mut self, [dx, dy]: [f32; 2]) {
         if self.looking {
             self.camera.look(dx, dy);
-            self.dirty = true;
         }
     }
 
     /// The wheel turns over the picture.
     pub fn wheel(&mut self, delta: MouseScrollDelta) {
-        self.keys.wheel(match delta {
+        let notches = match delta {
             MouseScrollDelta::LineDelta(_, lines) => lines,
             MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
-        });
+        };
+        if self.camera.orbits() {
+            self.camera.zoom(notches);
+        } else {
+            let speed = self.keys.wheel(notches);
+            self.say_speed(speed);
+        }
     }
 
     /// The window has another size.
     pub fn resized(&mut self, size_px: [u32; 2]) {
         self.size_px = size_px;
+        self.scale.forget(size_px);
         self.presenter.resized();
         self.dirty = true;
     }
@@ -448,17 +466,4 @@ impl Session {
             self.panel.show_error(error.to_string());
         }
     }
-}
-
-/// What a CPU can do ten times a second, unless other settings were asked for.
-fn adapt_to_cpu(settings: &mut Settings, defaults: &mut Settings) {
-    if settings.many_lights.vpls == defaults.many_lights.vpls {
-        settings.many_lights.vpls = CPU_VPLS;
-    }
-    defaults.many_lights.vpls = CPU_VPLS;
-    log::warn!(
-        "a CPU driver: the picture's size adapts to about 10 frames per second, with {} lights; --render-scale sets \
-         a size and leaves the number of lights alone",
-        settings.many_lights.vpls
-    );
 }

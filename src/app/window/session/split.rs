@@ -1,10 +1,9 @@
 //! The split view and the pixel inspector: what is held on the left, and which pixel is looked at.
 
 use super::Session;
-use crate::Result;
 use crate::app::window::panel::facts::{HeldFacts, SideFacts};
-use crate::app::window::presenter::{Done, Presenter};
-use crate::renderer::{FrameFeedback, Renderer};
+use crate::app::window::stage::{Done, FrameSet};
+use crate::renderer::FrameFeedback;
 use crate::settings::Settings;
 
 /// The left side of a split view.
@@ -43,18 +42,17 @@ impl Inspector {
 }
 
 impl Split {
-    /// Takes note of a frame; its milliseconds.
-    pub(super) fn take(&mut self, done: Done) -> f64 {
+    /// Takes note of a frame.
+    pub(super) fn take(&mut self, done: Done) {
         self.ms = done.result.gpu_ms();
         self.feedback = done.feedback;
-        self.ms
     }
 
     /// What the panel shows of it; `others` are the settings of the right side.
-    pub(super) fn facts<'a>(&'a self, presenter: &'a Presenter, others: &Settings) -> HeldFacts<'a> {
+    pub(super) fn facts<'a>(&'a self, shown: Option<&'a FrameSet>, others: &Settings) -> HeldFacts<'a> {
         HeldFacts {
             side: SideFacts {
-                shapes: presenter.held_renderer().map(Renderer::shapes),
+                shapes: shown.and_then(|set| Some(set.held.as_ref()?.renderer.shapes())),
                 feedback: self.feedback.as_ref(),
             },
             divider: self.divider,
@@ -100,31 +98,14 @@ impl Session {
 
     /// Other settings or sides: what was learnt of the time and of the mean counts no longer.
     fn restart(&mut self) {
-        self.scale.forget();
-        self.accumulated = 0;
+        self.scale.forget(self.window_px());
+        self.begins_anew = true;
     }
 
-    /// Settings of the left side, with the picture's size in place of the window's.
+    /// Settings of the left side.
     pub(super) fn held_settings(&self) -> Option<Settings> {
         let split = self.split.as_ref()?;
-        Some(self.sized(with_shared(&split.settings, &self.present_settings())))
-    }
-
-    /// Compiles the left side where it has to be. When that fails the split view ends, and a word says why.
-    pub(super) fn adapt_held(&mut self) -> Result<bool> {
-        let held = self.held_settings();
-        let adapted = self.presenter.adapt_held(self.camera.camera(), held.as_ref(), self.inspector.is_on());
-        let adapted = self.recover(adapted)?;
-        if adapted.is_none() {
-            self.split = None;
-        }
-        Ok(adapted.unwrap_or(true))
-    }
-
-    /// Frames that the mean on either side is of.
-    pub(super) fn goal(&self) -> u32 {
-        let held = self.split.as_ref().map_or(1, |split| split.settings.render.accumulate);
-        self.settings.render.accumulate.max(held)
+        Some(with_shared(&split.settings, &self.present_settings()))
     }
 }
 

@@ -23,17 +23,22 @@ pub fn save(
 ) -> Result<String> {
     if let Some(path) = name.filter(|path| FileKind::of(path).is_some()) {
         OutputFile::create(path)?.commit_picture(&picture(renderer, settings)?)?;
-        return Ok(path.display().to_string());
+        return Ok(whole(path));
     }
     let base = name.map_or_else(free_name, |name| Ok(name.to_path_buf()))?;
     save_all(renderer, settings, &base)?;
-    let mut what = format!("{}.exr, .png and .toml", base.display());
+    let mut what = format!("{}.exr, .png and .toml", whole(&base));
     if let Some((renderer, settings)) = held {
         let left = with_end(&base, "-left");
         save_all(renderer, &settings, &left)?;
         what += &format!(", {} of the left side", left.display());
     }
     Ok(what)
+}
+
+/// Where a file lies.
+fn whole(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf()).display().to_string()
 }
 
 fn picture(renderer: &Renderer, settings: &Settings) -> Result<Picture> {

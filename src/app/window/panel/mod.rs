@@ -28,6 +28,8 @@ use crate::gpu::PanelPicture;
 
 /// A message stays for so long.
 pub const MESSAGE: Duration = Duration::from_secs(4);
+/// And an error, which is longer.
+const ERROR_STAYS: Duration = Duration::from_secs(12);
 /// Time between two pictures of a panel that moves.
 const DISPLAY: Duration = Duration::from_millis(16);
 /// Width of the panel in points.
@@ -41,7 +43,7 @@ pub struct Panel {
     visible: bool,
     shows_help: bool,
     rows: Rows,
-    error: Option<String>,
+    error: Option<(Instant, String)>,
     message: Option<(Instant, String)>,
     settings_file: String,
     scene_file: String,
@@ -80,9 +82,9 @@ impl Panel {
         self.shows_help = !self.shows_help;
     }
 
-    /// Shows an error until something is changed.
+    /// Shows an error until something is changed, or for some seconds.
     pub fn show_error(&mut self, sentence: String) {
-        self.error = Some(sentence);
+        self.error = Some((Instant::now(), sentence));
     }
 
     /// The error is past.
@@ -98,8 +100,9 @@ impl Panel {
     /// When the panel is to be laid out again, should nothing happen: it moves by itself, or a message is to go.
     pub fn repaint_in(&self) -> Option<Duration> {
         let message = self.message.as_ref().map(|(since, _)| MESSAGE.saturating_sub(since.elapsed()));
+        let error = self.error.as_ref().map(|(since, _)| ERROR_STAYS.saturating_sub(since.elapsed()));
         let moves = self.repaint.then_some(DISPLAY);
-        moves.into_iter().chain(message).min()
+        moves.into_iter().chain(message).chain(error).min()
     }
 
     /// Lets egui see an event; true when it is not for the picture.
@@ -125,6 +128,9 @@ impl Panel {
     pub fn run(&mut self, window: &Window, facts: &Facts<'_>) -> (PanelPicture, Vec<Action>) {
         if self.message.as_ref().is_some_and(|(since, _)| since.elapsed() >= MESSAGE) {
             self.message = None;
+        }
+        if self.error.as_ref().is_some_and(|(since, _)| since.elapsed() >= ERROR_STAYS) {
+            self.error = None;
         }
         let input = self.input.take_egui_input(window);
         let mut actions = Vec::new();
@@ -168,7 +174,7 @@ impl Panel {
         lines.extend(self.message.clone().map(|(_, text)| (text, Color32::WHITE)));
         let complaint = facts.main.feedback.and_then(|feedback| feedback.complaint.clone());
         lines.extend(complaint.map(|text| (text, Color32::LIGHT_YELLOW)));
-        lines.extend(self.error.clone().map(|text| (text, ERROR)));
+        lines.extend(self.error.clone().map(|(_, text)| (text, ERROR)));
         if lines.is_empty() {
             return;
         }
@@ -187,6 +193,7 @@ impl Panel {
 
     fn contents(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         self.summary(ui, facts, actions);
+        self.rows.first(ui, facts, actions);
         egui::CollapsingHeader::new("Compare and inspect").default_open(true).show(ui, |ui| {
             compare::section(ui, facts, actions);
             let mut inspects = facts.inspects;
@@ -195,7 +202,7 @@ impl Panel {
                 actions.push(Action::Inspect);
             }
         });
-        egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| times::show(ui, facts));
+        egui::CollapsingHeader::new("Times").default_open(false).show(ui, |ui| times::show(ui, facts));
         egui::CollapsingHeader::new("Memory and counts").show(ui, |ui| memory(ui, facts));
         egui::CollapsingHeader::new("Presets and files").default_open(true).show(ui, |ui| {
             self.presets(ui, facts, actions);
@@ -217,10 +224,12 @@ impl Panel {
         ui.horizontal_wrapped(|ui| {
             if ui
                 .button("Screenshot (F6)")
-                .on_hover_text("EXR, PNG and the settings, in the working directory")
+                .on_hover_text(
+                    "The picture with all its pixels as EXR and PNG, with the settings, in the working directory",
+                )
                 .clicked()
             {
-                actions.push(Action::Screenshot(None));
+                actions.push(Action::Render(None));
             }
             let pause = if facts.paused { "Go on (Space)" } else { "Pause (Space)" };
             if ui.button(pause).on_hover_text("Time stands still: the sun's own turn, and new frames").clicked() {
@@ -269,9 +278,11 @@ impl Panel {
         });
         ui.horizontal(|ui| {
             ui.label("Scene");
-            ui.add(egui::TextEdit::singleline(&mut self.scene_file).desired_width(180.0).hint_text("glTF or GLB file"));
-            if ui.button("Open").on_hover_text("Or drop a file on the window").clicked() && !self.scene_file.is_empty()
-            {
+            let line =
+                egui::TextEdit::singleline(&mut self.scene_file).desired_width(220.0).hint_text("glTF or GLB file");
+            let entered = ui.add(line).lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            let opened = ui.button("Open").on_hover_text("Return, or drop a file on the window").clicked();
+            if (opened || entered) && !self.scene_file.is_empty() {
                 actions.push(Action::Open(PathBuf::from(&self.scene_file)));
             }
         });

@@ -11,6 +11,8 @@ use crate::settings::{Scope, Settings, plain};
 
 /// The groups of the help whose rows can be shown.
 const GROUPS: [&str; 4] = ["Picture", "Method", "Shadows", "Window"];
+/// What matters most, in this order; their rows come before the groups.
+const FIRST: [&str; 7] = ["technique", "view", "vpls", "alpha", "shadow-samples", "environment", "exposure"];
 /// The window's own, so that there is no row for it.
 const SIZE: &str = "size";
 const CHANGED: Color32 = Color32::from_rgb(255, 205, 100);
@@ -32,13 +34,25 @@ impl Rows {
         Self { options, defaults: Settings::default().table().unwrap_or_default(), typed: BTreeMap::new() }
     }
 
-    /// Shows the rows in their groups.
+    /// Shows the rows of what matters most.
+    pub fn first(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+        let Ok(table) = facts.settings.table() else { return };
+        egui::Grid::new("first").num_columns(3).striped(true).show(ui, |ui| {
+            for option in FIRST.iter().filter_map(|key| self.options.iter().find(|option| option.key == *key)) {
+                row(ui, option, &table, &self.defaults, &mut self.typed, actions);
+                ui.end_row();
+            }
+        });
+    }
+
+    /// Shows the other rows in their groups.
     pub fn show(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         let Ok(table) = facts.settings.table() else { return };
         for group in GROUPS {
-            egui::CollapsingHeader::new(group).default_open(group != "Window").show(ui, |ui| {
+            egui::CollapsingHeader::new(group).default_open(false).show(ui, |ui| {
                 egui::Grid::new(group).num_columns(3).striped(true).show(ui, |ui| {
-                    for option in self.options.iter().filter(|o| o.group == group) {
+                    let others = self.options.iter().filter(|option| !FIRST.contains(&option.key.as_str()));
+                    for option in others.filter(|option| option.group == group) {
                         row(ui, option, &table, &self.defaults, &mut self.typed, actions);
                         ui.end_row();
                     }
@@ -61,13 +75,14 @@ fn row(
     let changed = table.get(key) != defaults.get(key);
     let name = RichText::new(key);
     ui.label(if changed { name.color(CHANGED).strong() } else { name }).on_hover_text(&option.help);
-    let new = match table.get(key) {
+    let controls = ui.scope(|ui| match table.get(key) {
         _ if !option.values.is_empty() => choice(ui, option, &value, defaults.get(key).is_none()),
         Some(toml::Value::Integer(number)) => integer(ui, *number),
         Some(toml::Value::Float(number)) => float(ui, *number),
         _ => text(ui, key, &value, typed),
-    };
-    match new {
+    });
+    controls.response.on_hover_text(&option.help);
+    match controls.inner {
         Some(new) if new == NO_VALUE && defaults.get(key).is_none() => actions.push(Action::Reset(key.to_owned())),
         Some(new) => actions.push(Action::Set(key.to_owned(), new)),
         None => {}
@@ -131,6 +146,7 @@ mod tests {
     #[test]
     fn every_row_is_of_a_group_that_is_shown() {
         let rows = Rows::new();
+        assert!(FIRST.iter().all(|first| rows.options.iter().any(|option| option.key == *first)));
         assert!(rows.options.iter().all(|option| GROUPS.contains(&option.group.as_str())));
         for key in Settings::keys() {
             let has_row = rows.options.iter().any(|option| option.key == key);

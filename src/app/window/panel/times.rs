@@ -25,8 +25,8 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>) {
     let sum: f64 = mean.iter().sum();
     let wall = facts.history.frames().last().map_or(0.0, |frame| frame.cpu_ms);
     ui.label(format!("GPU {sum:.1} ms a frame, mean of 10; submission to completion {wall:.1} ms"));
-    let mut rows: Vec<(&Group, f64)> = groups.iter().map(|g| (g, ms(&g.passes, &mean))).collect();
-    rows.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // In the order of the frame, so that nothing jumps.
+    let rows: Vec<(&Group, f64)> = groups.iter().map(|g| (g, ms(&g.passes, &mean))).collect();
     egui::Grid::new("times").num_columns(4).striped(true).min_col_width(20.0).show(ui, |ui| {
         for (group, ms) in rows {
             ui.colored_label(group.color, "■");

@@ -23,6 +23,7 @@ use gridlight::scene::bvh::build_binary;
 use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Reservoir, Settings, ShadowEstimate, ShadowFilter, Size, Technique, View};
 use gridlight::shared::{FrameData, GridLight, GridPlacement, MAX_LEVEL, SUB_IMAGE_STRIDE};
+use gridlight::techniques;
 use gridlight::techniques::lgh::HierarchyOutputs;
 use gridlight::views::{LEVEL_COLORS, NO_VALUE};
 
@@ -358,9 +359,16 @@ fn every_view_gives_values_and_a_picture() {
     scene.indices.drain(..6);
     scene.triangle_materials.drain(..2);
     scene.draws[0].index_count -= 6;
-    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let mut uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    uploaded.spread_points(&scene, Some(12)).unwrap();
     for view in View::value_variants() {
-        let seen = see_uploaded(&test.gpu, &uploaded, &scene.cameras[0], &settings(*view));
+        let of_points = settings(*view).changed(|s| {
+            s.render.technique = Technique::Pbgi;
+            s.pbgi.points = 1 << 12;
+        });
+        let has_view = techniques::of(&of_points).unwrap().has_view(*view);
+        let shown = if has_view { of_points } else { settings(*view) };
+        let seen = see_uploaded(&test.gpu, &uploaded, &scene.cameras[0], &shown);
         assert!(seen.values.iter().any(|v| *v != seen.values[0]) || *view == View::Albedo, "{view:?} shows one value");
         assert!(seen.picture.iter().any(|p| *p != [0; 3]), "{view:?} is black");
     }

@@ -2,19 +2,14 @@
 
 mod common;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use common::gpu;
+use common::rooms::courtyard;
 use gridlight::gpu::Gpu;
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
-use gridlight::scene::{Scene, gltf};
+use gridlight::scene::Scene;
 use gridlight::settings::{Settings, Size, Switch};
-
-fn courtyard() -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/courtyard.glb");
-    gltf::load(&path, &|_: &str, _, _| ()).unwrap()
-}
 
 /// Radiance after each of the frames `numbers`, rendered one after the other.
 fn frames(gpu: &Arc<Gpu>, scene: &Scene, settings: &Settings, fresh: Fresh, numbers: &[u32]) -> Vec<Vec<f32>> {

@@ -4,22 +4,17 @@
 mod common;
 
 use std::ops::ControlFlow;
-use std::path::Path;
 
+use common::rooms::courtyard;
 use common::{GpuTest, gpu};
 use gridlight::gpu::SteppedFrame;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::scene::{Scene, gltf};
+use gridlight::scene::Scene;
 use gridlight::settings::{Settings, Size, Technique};
 
 /// Shorter than any piece, and longer than any frame.
 const SHORT_MS: f64 = 1e-9;
 const LONG_MS: f64 = 1e9;
-
-fn courtyard() -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/courtyard.glb");
-    gltf::load(&path, &|_: &str, _, _| ()).unwrap()
-}
 
 fn small(technique: Technique) -> Settings {
     Settings::default().changed(|s| {

@@ -5,12 +5,11 @@ mod common;
 mod support;
 
 use std::ops::{ControlFlow, Range};
-use std::path::Path;
 
+use common::rooms::courtyard;
 use common::{GpuTest, gpu};
 use gridlight::gpu::{MarkerScheme, SteppedFrame};
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::scene::{Scene, gltf};
 use gridlight::settings::{Settings, Size, Technique};
 
 /// Words of crash markers that a frame writes.
@@ -26,11 +25,6 @@ fn crash_markers(test: &GpuTest, renderer: &Renderer) -> u32 {
 /// Longer than any frame, and shorter than any pass.
 const LONG_MS: f64 = 1e9;
 const SHORT_MS: f64 = 1e-9;
-
-fn courtyard() -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/courtyard.glb");
-    gltf::load(&path, &|_: &str, _, _| ()).unwrap()
-}
 
 fn small(technique: Technique) -> Settings {
     Settings::default().changed(|s| {

@@ -1,9 +1,11 @@
 //! Rooms to render in.
 
+use std::path::Path;
+
 use glam::Vec3;
 use gridlight::scene::bvh::{BinaryBvh, Ray};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
-use gridlight::scene::{Camera, Light, Scene};
+use gridlight::scene::{Camera, Light, Scene, gltf};
 use gridlight::settings::Size;
 
 /// A camera that looks from a place in a direction, upright, or with z upwards where it looks straight up or down.
@@ -11,6 +13,12 @@ pub fn camera(position_ws: Vec3, forward_ws: Vec3, yfov_rad: f32) -> Camera {
     let right_ws = forward_ws.cross(if forward_ws.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y }).normalize();
     let up_ws = right_ws.cross(forward_ws);
     Camera { name: "test".into(), position_ws, right_ws, up_ws, forward_ws, yfov_rad, near: 0.01 }
+}
+
+/// The built-in scene.
+pub fn courtyard() -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/courtyard.glb");
+    gltf::load(&path, &|_: &str, _, _| ()).unwrap()
 }
 
 /// A closed room with one lamp, seen from inside.

@@ -8,15 +8,18 @@ use glam::Vec3;
 use crate::environment::Environment;
 use crate::environment::blurred::blurred;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, SceneBytes, SceneData, SceneSet};
+use crate::gpu::{Gpu, SceneBytes, SceneData, ScenePart, SceneSet};
 use crate::points::PointCloud;
+use crate::scene::chunks::chunks;
 use crate::scene::query_geometry::QueryGeometry;
+use crate::scene::refit::MovingBvh;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Scene, bvh};
 use crate::settings::Rays;
-use crate::shared::PunctualLight;
+use crate::shared::{BvhNode, PunctualLight};
 
-/// A scene uploaded to a device, with what the frame needs to know of it.
+/// A scene uploaded to a device, with what the frame needs to know of it. Clones share what is on the device.
+#[derive(Clone)]
 pub struct UploadedScene {
     pub(crate) set: Arc<SceneSet>,
     pub(crate) bounds: Aabb,
@@ -37,12 +40,14 @@ pub struct UploadedScene {
     environment_means: OnceLock<Arc<[[f32; 4]]>>,
     /// Directional and spot lights, as uploaded.
     other_lights: Vec<PunctualLight>,
+    /// The tree that follows triangles which move.
+    moving: Option<Arc<MovingBvh>>,
     /// Points over its surfaces, those that were asked for last in front.
     points: Vec<Arc<PointCloud>>,
 }
 
-/// Sets of points that are kept: the two sides of a window may have different ones.
-const KEPT_POINTS: usize = 2;
+/// Sets of points that are kept: the two sides of a window may have different ones, and others while something moves.
+const KEPT_POINTS: usize = 4;
 
 /// What of a scene is computed before it is uploaded; needs no device.
 pub struct ReadyScene {
@@ -85,6 +90,13 @@ impl UploadedScene {
         check_rays(gpu, rays)?;
         let ReadyScene { bvh, prepared } = ready;
         bvh.check_depth()?;
+        let moves = scene.motion.moves().geometry;
+        if moves && rays == Rays::Query {
+            return Err(Error::Usage(
+                "--rays query does not follow geometry that moves: use bvh, or --animation none".to_owned(),
+            ));
+        }
+        let node_capacity = if moves { MovingBvh::node_capacity(bvh.triangles.len()) } else { 0 };
         let PreparedScene {
             materials,
             lights,
@@ -99,6 +111,7 @@ impl UploadedScene {
         let data = SceneData {
             query: query.as_ref(),
             nodes: bytemuck::cast_slice(&bvh.nodes),
+            node_capacity_bytes: node_capacity * size_of::<BvhNode>(),
             triangles: bytemuck::cast_slice(&bvh.triangles),
             vertices: bytemuck::cast_slice(&scene.vertices),
             indices: bytemuck::cast_slice(&scene.indices),
@@ -109,7 +122,7 @@ impl UploadedScene {
             albedo_layers: &albedo.layers,
             textures,
             material_textures,
-            draws: &scene.draws,
+            chunks: chunks(scene),
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
         let other_lights = lights[..*first_point_light as usize].to_vec();
@@ -129,8 +142,31 @@ impl UploadedScene {
             light_flux: *light_flux,
             environment_flux: environment.scalar_irradiance * std::f64::consts::PI * radius * radius,
             other_lights,
+            moving: moves.then(|| Arc::new(MovingBvh::new(bvh))),
             points: Vec::new(),
         })
+    }
+
+    /// Puts on the device where the scene, which is the one that was uploaded, has everything that moves. Waits; no frame
+    /// may be running. Points that stand for its surfaces have to be spread again.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn follow(&mut self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<()> {
+        let moves = scene.motion.moves();
+        if moves.lights {
+            let (lights, _) = upload::lights(scene);
+            self.set.replace(gpu, ScenePart::Lights, bytemuck::cast_slice(&lights))?;
+            self.other_lights = lights[..self.first_point_light as usize].to_vec();
+        }
+        let Some(moving) = self.moving.as_ref().filter(|_| moves.geometry) else { return Ok(()) };
+        let bvh = moving.at(scene);
+        self.set.replace(gpu, ScenePart::Vertices, bytemuck::cast_slice(&scene.vertices))?;
+        self.set.replace(gpu, ScenePart::Nodes, bytemuck::cast_slice(&bvh.nodes))?;
+        self.set.replace(gpu, ScenePart::Triangles, bytemuck::cast_slice(&bvh.triangles))?;
+        self.largest_triangle = largest_triangle(scene);
+        self.points.clear();
+        Ok(())
     }
 
     /// Spreads 2 to this power points over the surfaces of the scene, which is the one that was uploaded, unless it has

@@ -102,6 +102,7 @@ fn an_abandoned_frame_leaves_nothing_behind() {
     let picture = bits(&renderer);
     // At its beginning, here and there on the way, and before its last piece.
     for pieces in [0, 1, 2, all / 4, all / 2, 2 * all / 3, all - 1] {
+        renderer.forget_lights();
         let mut frame = renderer.begin_paced(0).unwrap();
         while frame.submissions() < pieces {
             assert!(renderer.advance(&mut frame, SHORT_MS, to_the_end()).unwrap().is_none());
@@ -112,12 +113,77 @@ fn an_abandoned_frame_leaves_nothing_behind() {
     }
     // With a third of its passes under way, or all of them.
     for longest_ms in [whole_ms / 3.0, LONG_MS] {
+        renderer.forget_lights();
         let mut frame = renderer.begin_paced(0).unwrap();
         assert!(renderer.advance(&mut frame, longest_ms, to_the_end()).unwrap().is_none());
         renderer.abandon(frame).unwrap();
         run(&mut renderer, LONG_MS, 0, to_the_end);
         assert!(bits(&renderer) == picture, "another picture after a piece of {longest_ms} ms was abandoned");
     }
+}
+
+/// Rays of the light paths that a frame has traced.
+fn path_rays(renderer: &Renderer, frame: &SteppedFrame) -> u32 {
+    renderer.feedback(&frame.times).unwrap().rays[0]
+}
+
+/// Lights that are used again give the picture that lights made anew give, to the bit, from wherever it is seen, and they are
+/// made anew as soon as anything that they follow from is another.
+#[test]
+fn kept_lights_change_nothing() {
+    for technique in [Technique::Lgh, Technique::BruteForce] {
+        let windowed = Windowed::new(technique);
+        let mut renderer = windowed.renderer();
+        let job = |camera: usize, settings: &Settings, renderer: &mut Renderer| {
+            renderer.update(&Job::new(
+                &windowed.test.gpu,
+                &windowed.uploaded,
+                &windowed.scene.cameras[camera],
+                settings,
+            ));
+        };
+        let first = run(&mut renderer, SHORT_MS, 0, to_the_end);
+        assert!(path_rays(&renderer, &first) > 0);
+        // Seen from elsewhere, in pieces of any length; after frames that were abandoned before and after the lights.
+        for (camera, longest_ms, abandoned) in [(1, SHORT_MS, None), (0, LONG_MS, Some(3)), (1, LONG_MS, Some(60))] {
+            if let Some(pieces) = abandoned {
+                let mut frame = renderer.begin_paced(0).unwrap();
+                while frame.submissions() < pieces
+                    && renderer.advance(&mut frame, SHORT_MS, to_the_end()).unwrap().is_none()
+                {}
+                renderer.abandon(frame).unwrap();
+            }
+            job(camera, &windowed.settings, &mut renderer);
+            let kept = run(&mut renderer, longest_ms, 0, to_the_end);
+            let picture = bits(&renderer);
+            assert_eq!(path_rays(&renderer, &kept), 0, "{technique:?}: light paths were traced again");
+            renderer.forget_lights();
+            let anew = run(&mut renderer, LONG_MS, 0, to_the_end);
+            assert_eq!(path_rays(&renderer, &anew), path_rays(&renderer, &first), "the lights were to be made anew");
+            assert!(bits(&renderer) == picture, "{technique:?}: another picture with kept lights");
+        }
+        let before = bits(&renderer);
+        // Other light paths, and another light of the scene.
+        let mut reseeded = windowed.settings.clone();
+        reseeded.tracing.seed += 1;
+        job(1, &reseeded, &mut renderer);
+        changed_like_anew(&mut renderer, &before);
+        let mut lights = windowed.uploaded.other_lights().to_vec();
+        lights[0].intensity = lights[0].intensity.map(|channel| 0.5 * channel);
+        renderer.update_lights(&lights).unwrap();
+        let before = bits(&renderer);
+        changed_like_anew(&mut renderer, &before);
+    }
+}
+
+/// The next frame differs from `before`, and is what a frame with lights made anew is.
+fn changed_like_anew(renderer: &mut Renderer, before: &[u32]) {
+    run(renderer, LONG_MS, 0, to_the_end);
+    let picture = bits(renderer);
+    assert!(picture != before, "lights of before");
+    renderer.forget_lights();
+    run(renderer, LONG_MS, 0, to_the_end);
+    assert!(bits(renderer) == picture, "another picture with kept lights");
 }
 
 #[test]

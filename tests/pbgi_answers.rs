@@ -8,8 +8,10 @@ use std::f32::consts::PI;
 use common::compare::{near, within};
 use common::points::{Rendered, render, under_sky};
 use common::rooms::{add_quad, camera};
+use common::written::Written;
 use glam::Vec3;
 use gridlight::Result as GridlightResult;
+use gridlight::micro_buffers::LOBES;
 use gridlight::passes::compose::Indirect;
 use gridlight::passes::direct_light::EnvironmentLight;
 use gridlight::passes::gbuffer::GBuffer;
@@ -22,7 +24,7 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::Scene;
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
 use gridlight::settings::{MicroFill, Settings, Size, Technique as TechniqueName};
-use gridlight::shared::FrameData;
+use gridlight::shared::{FrameData, PointCounts};
 use gridlight::techniques::{self, Added, Technique, TechniqueOutputs, TechniqueShape};
 
 const BOTH: [MicroFill; 2] = [MicroFill::Rays, MicroFill::Points];
@@ -196,8 +198,15 @@ impl TechniqueShape for FurnaceShape {
     }
 }
 
-/// The picture in a furnace.
-fn burn(scene: &Scene, settings: &Settings, furnace: &Furnace) -> Vec<Vec3> {
+/// What a furnace leaves.
+struct Burnt {
+    /// Of every pixel.
+    radiance: Vec<Vec3>,
+    /// What every lobe of every cache holds, of the sky and of the bounce together.
+    lobes: Vec<Vec3>,
+}
+
+fn burn(scene: &Scene, settings: &Settings, furnace: &Furnace) -> Burnt {
     let test = common::gpu();
     let mut uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
     uploaded.spread_points(scene, Some(settings.pbgi.points.ilog2())).unwrap();
@@ -205,13 +214,24 @@ fn burn(scene: &Scene, settings: &Settings, furnace: &Furnace) -> Vec<Vec3> {
     let mut renderer = Renderer::with_technique(furnace, &job).unwrap();
     let ticket = renderer.submit().unwrap();
     renderer.wait(ticket).unwrap();
-    renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect()
+    let radiance = renderer.read_radiance().unwrap().chunks_exact(3).map(Vec3::from_slice).collect();
+    let written = Written::by(&renderer);
+    let cache_count = written.last::<PointCounts>("point_counts")[0].primary_count as usize;
+    let lobes: Vec<[Vec3; 2]> = written.last("cache_lobes");
+    Burnt {
+        radiance,
+        lobes: lobes[..LOBES as usize * cache_count].iter().map(|[sky, bounce]| *sky + *bounce).collect(),
+    }
 }
 
-fn check_white(radiance: &[Vec3]) -> Result<(), String> {
-    match radiance.iter().find(|radiance| !near(**radiance, Vec3::ONE, 2e-5)) {
+fn check_white(burnt: &Burnt) -> Result<(), String> {
+    if let Some(lobe) = burnt.lobes.iter().find(|lobe| !near(**lobe, Vec3::splat(PI), 2e-5)) {
+        return Err(format!("a lobe of {lobe} in the furnace"));
+    }
+    match burnt.radiance.iter().find(|radiance| !near(**radiance, Vec3::ONE, 2e-5)) {
         Some(radiance) => Err(format!("{radiance} in the furnace")),
-        None => Ok(()),
+        None if burnt.lobes.len() > 100 => Ok(()),
+        None => Err(format!("{} lobes are too few", burnt.lobes.len())),
     }
 }
 

@@ -119,6 +119,23 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
             s.pbgi.micro = MicroFill::Points;
             s.pbgi.reuse = Switch::On;
         }),
+        small().changed(|s| {
+            s.render.technique = Technique::Pbgi;
+            s.pbgi.point_bounces = 3;
+            s.pbgi.reuse = Switch::On;
+        }),
+        small().changed(|s| {
+            s.render.technique = Technique::Pbgi;
+            s.pbgi.micro = MicroFill::Points;
+            s.pbgi.point_bounces = 2;
+        }),
+        small().changed(|s| s.render.technique = Technique::FinalGather),
+        small().changed(|s| {
+            s.render.technique = Technique::FinalGather;
+            s.pbgi.micro = MicroFill::Points;
+            s.many_lights.lights = LightSet::Both;
+            s.many_lights.shadows = Switch::Off;
+        }),
         small().changed(|s| s.render.technique = Technique::PbgiReference),
         small().changed(|s| {
             s.render.technique = Technique::BruteForce;
@@ -244,10 +261,11 @@ fn render(
 /// Every pass that traces rays, by ray queries.
 fn query_modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     let lgh = reservoirs.iter().map(|reservoir| small().changed(|s| s.lgh.reservoir = Some(*reservoir)));
-    let points = small().changed(|s| (s.render.technique, s.pbgi.micro) = (Technique::Pbgi, MicroFill::Points));
-    let others = [Technique::PathTrace, Technique::BruteForce, Technique::Pbgi, Technique::PbgiReference]
+    let of_points = [Technique::Pbgi, Technique::FinalGather];
+    let points = modes(&[]).into_iter().filter(move |settings| of_points.contains(&settings.render.technique));
+    let others = [Technique::PathTrace, Technique::BruteForce, Technique::PbgiReference]
         .map(|technique| small().changed(|s| s.render.technique = technique));
-    lgh.chain(others).chain([points]).map(|settings| settings.changed(|s| s.tracing.rays = Rays::Query)).collect()
+    lgh.chain(others).chain(points).map(|settings| settings.changed(|s| s.tracing.rays = Rays::Query)).collect()
 }
 
 fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {

@@ -13,6 +13,7 @@ use gridlight::cpu::lights::LightList;
 use gridlight::gpu::{Executor, SceneData, SceneSet};
 use gridlight::passes::vpl_trace::VplSlots;
 use gridlight::passes::{Frame, compaction};
+use gridlight::scene::chunks::chunks;
 use gridlight::scene::testing::box_room;
 use gridlight::scene::upload::{self, PreparedScene};
 use gridlight::scene::{Light, Scene, bvh};
@@ -33,6 +34,7 @@ fn upload(test: &common::GpuTest, scene: &Scene, prepared: &PreparedScene) -> Ar
     let data = SceneData {
         query: None,
         nodes: bytemuck::cast_slice(&bvh.nodes),
+        node_capacity_bytes: 0,
         triangles: bytemuck::cast_slice(&bvh.triangles),
         vertices: bytemuck::cast_slice(&scene.vertices),
         indices: bytemuck::cast_slice(&scene.indices),
@@ -43,7 +45,7 @@ fn upload(test: &common::GpuTest, scene: &Scene, prepared: &PreparedScene) -> Ar
         albedo_layers: &prepared.albedo.layers,
         textures: &prepared.textures,
         material_textures: &prepared.material_textures,
-        draws: &scene.draws,
+        chunks: chunks(scene),
     };
     Arc::new(SceneSet::new(&test.gpu, &data).unwrap())
 }

@@ -13,7 +13,8 @@ use glam::{Vec2, Vec3};
 use gridlight::camera::{Camera, View};
 use gridlight::cpu::average_children::average_children;
 use gridlight::cpu::copy_down::copy_down;
-use gridlight::cpu::gather_up::gather_up;
+use gridlight::cpu::fill_up::fill_up;
+use gridlight::cpu::gather_up::{Gathered, gather_up};
 use gridlight::cpu::mark_passing::{Decision, mark_passing};
 use gridlight::cpu::mark_primaries::{DepthView, mark_primaries};
 use gridlight::cpu::pack_keys::pack_keys;
@@ -22,6 +23,7 @@ use gridlight::cpu::spread_down::{borrow_down, spread_down};
 use gridlight::gpu::Executor;
 use gridlight::graph::{BufferHandle, ImageInfo};
 use gridlight::passes::point_cut::Hidden;
+use gridlight::passes::point_propagation::Propagation;
 use gridlight::passes::points::Points;
 use gridlight::passes::{Frame, point_cut, point_propagation, point_selection};
 use gridlight::points::PointCloud;
@@ -58,6 +60,8 @@ struct Left {
     known: Vec<u32>,
     derived: Vec<u32>,
     needed: Vec<u32>,
+    lending: Vec<u32>,
+    averaged: Vec<u32>,
     needed_list: Vec<u32>,
     counts: PointCounts,
     dispatches: Vec<u32>,
@@ -148,7 +152,9 @@ impl Given {
         let selection = point_selection::add(&mut frame, &points, &cut, seen, self.selection);
         let list = POINT_LIST_NEEDED;
         let needed_list = point_cut::pack_keys(&mut frame, &points, selection.needed, list, capacity, &cut.counts);
-        point_propagation::add(&mut frame, &points, &cut, &selection, seen, irradiance);
+        let filled = point_selection::fill_up(&mut frame, &points, &cut, &selection);
+        let sides = Propagation { cut: &cut, selection: &selection, seen, lending: None };
+        point_propagation::add(&mut frame, &points, &sides, irradiance, "");
         let mut executor = Executor::new(&test.gpu, frame.graph, None).unwrap();
         let ticket = executor.submit(bytemuck::bytes_of(&self.data)).unwrap();
         executor.wait(ticket).unwrap();
@@ -166,6 +172,8 @@ impl Given {
             known: words(selection.known),
             derived: words(selection.derived),
             needed: words(selection.needed),
+            lending: words(filled.lending),
+            averaged: words(filled.averaged),
             needed_list: list(needed_list.keys, counts.needed_count),
             counts,
             dispatches: words(cut.counts.dispatches),
@@ -224,6 +232,10 @@ fn compare_all(given: &Given, left: &Left) -> Verdict {
     let (needed, needed_lost, kept) = pack_keys(&gathered.needed, capacity);
     compare::exact("needed", &left.needed, &kept)?;
     compare::exact("list of needed", &left.needed_list, &needed)?;
+    let lit = Gathered { needed: kept, ..gathered };
+    let filled = fill_up(&sides, &left.primary, [&left.under, &left.borrowed], &lit);
+    compare::exact("lending", &left.lending, &filled.lending)?;
+    compare::exact("averaged", &left.averaged, &filled.averaged)?;
     let counts = PointCounts {
         primary_count: primaries.len() as u32,
         primaries_lost: primaries_lost as u32,
@@ -290,7 +302,7 @@ fn planted_faults_are_noticed() {
     let given = Given::new(9, 6);
     let left = given.run();
     compare_all(&given, &left).unwrap();
-    let faults: [fn(&mut Left); 12] = [
+    let faults: [fn(&mut Left); 14] = [
         |left| left.passing[20] ^= 1 << 20,
         |left| left.marked[left.primaries[3] as usize / 32] ^= 1 << (left.primaries[3] % 32),
         |left| left.primary[9] ^= 1,
@@ -299,6 +311,8 @@ fn planted_faults_are_noticed() {
         |left| left.known[3] ^= 4,
         |left| left.derived[3] ^= 8,
         |left| left.needed[40] ^= 2,
+        |left| left.lending[0] ^= 1 << 9,
+        |left| left.averaged[40] ^= 2,
         |left| left.needed_list.truncate(1),
         |left| left.counts.seen_count += 1,
         |left| left.dispatches[(3 * POINT_DISPATCHES * POINT_LIST_NEEDED) as usize] += 1,

@@ -54,6 +54,7 @@ fn one_triangle() -> Scene {
     let mut scene = scene_from_quads("triangle", &[level(0.0, 300.0)], diffuse("white", Vec3::ONE));
     scene.indices.truncate(3);
     scene.triangle_materials.truncate(1);
+    scene.draws[0].index_count = 3;
     let mut scene = under_sky(scene);
     scene.cameras = vec![camera(Vec3::new(20.0, 40.0, 90.0), Vec3::new(0.0, -0.7, -0.7).normalize(), 0.8)];
     scene

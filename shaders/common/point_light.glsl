@@ -27,8 +27,10 @@ uint find_lit_places(uvec4 words, uint key, uint lane) {
 // Share of one lane, of so many, of the irradiance from all lights, from this many places.
 vec3 lamp_irradiance(uint place_count, uint lane, uint lanes) {
     uint count = min(place_count, frame.sun_leaves);
+    // Those among the lights of a hierarchy come last.
+    uint lamps = frame.direct_lights - frame.scene_lights;
     vec3 sum = vec3(0.0);
-    for (uint i = lane; i < frame.direct_lights * count; i += lanes) {
+    for (uint i = lane; i < lamps * count; i += lanes) {
         PointPlace place = lit_places[i % count];
         PunctualLight light = punctual_lights[i / count];
         sum += irradiance_from(light, place.position_ws, place.normal_ws, place.normal_ws, place.position_ws);

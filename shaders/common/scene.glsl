@@ -12,7 +12,7 @@
 // Images, as drivers without a GPU read the four words of a texel together, those of a buffer one by one.
 layout(set = 1, binding = 0) uniform utexture2D bvh_nodes;
 layout(set = 1, binding = 1) uniform utexture2D bvh_triangles;
-// Six words per vertex: position, octahedral normal, uv. Rust: scene::Vertex.
+// VERTEX_WORDS words per vertex: position, octahedral normal, uv, colour. Rust: scene::Vertex.
 layout(set = 1, binding = 2, std430) readonly buffer SceneVertices { uint scene_vertices[]; };
 layout(set = 1, binding = 3, std430) readonly buffer SceneIndices { uint scene_indices[]; };
 layout(set = 1, binding = 4, std430) readonly buffer Materials { Material materials[]; };
@@ -34,7 +34,13 @@ BvhTriangle bvh_triangle(uint i) {
 }
 
 vec2 vertex_uv(uint vertex) {
-    return vec2(uintBitsToFloat(scene_vertices[6u * vertex + 4u]), uintBitsToFloat(scene_vertices[6u * vertex + 5u]));
+    uint first = VERTEX_WORDS * vertex + 4u;
+    return vec2(uintBitsToFloat(scene_vertices[first]), uintBitsToFloat(scene_vertices[first + 1u]));
+}
+
+vec4 vertex_color(uint vertex) {
+    uint first = VERTEX_WORDS * vertex + 6u;
+    return vec4(unpackUnorm2x16(scene_vertices[first]), unpackUnorm2x16(scene_vertices[first + 1u]));
 }
 
 vec2 hit_uv(uint triangle, vec2 barycentric) {
@@ -44,20 +50,34 @@ vec2 hit_uv(uint triangle, vec2 barycentric) {
     return a + (b - a) * barycentric.x + (c - a) * barycentric.y;
 }
 
+vec4 hit_color(uint triangle, vec2 barycentric) {
+    vec4 a = vertex_color(scene_indices[3u * triangle]);
+    vec4 b = vertex_color(scene_indices[3u * triangle + 1u]);
+    vec4 c = vertex_color(scene_indices[3u * triangle + 2u]);
+    return a + (b - a) * barycentric.x + (c - a) * barycentric.y;
+}
+
 // Base colour with alpha at a point of a triangle, from the small textures of the albedo array.
 vec4 base_color_at(uint material_index, uint triangle, vec2 barycentric) {
     Material material = materials[material_index];
+    vec4 factor = material.base_color;
+    if ((material.flags & MATERIAL_VERTEX_COLORS) != 0u) {
+        factor *= hit_color(triangle, barycentric);
+    }
     if (material.albedo_layer == NO_LAYER) {
-        return material.base_color;
+        return factor;
     }
     vec2 uv = hit_uv(triangle, barycentric);
-    return material.base_color * textureLod(albedo_array, vec3(uv, float(material.albedo_layer)), 0.0);
+    if ((material.flags & MATERIAL_SAMPLING) != 0u) {
+        uv = place_in_layer(material.flags, uv, float(textureSize(albedo_array, 0).x));
+    }
+    return factor * textureLod(albedo_array, vec3(uv, float(material.albedo_layer)), 0.0);
 }
 
 vec3 hit_normal(uint triangle, vec2 barycentric) {
-    vec3 a = unpack_octahedral(scene_vertices[6u * scene_indices[3u * triangle] + 3u]);
-    vec3 b = unpack_octahedral(scene_vertices[6u * scene_indices[3u * triangle + 1u] + 3u]);
-    vec3 c = unpack_octahedral(scene_vertices[6u * scene_indices[3u * triangle + 2u] + 3u]);
+    vec3 a = unpack_octahedral(scene_vertices[VERTEX_WORDS * scene_indices[3u * triangle] + 3u]);
+    vec3 b = unpack_octahedral(scene_vertices[VERTEX_WORDS * scene_indices[3u * triangle + 1u] + 3u]);
+    vec3 c = unpack_octahedral(scene_vertices[VERTEX_WORDS * scene_indices[3u * triangle + 2u] + 3u]);
     return a + (b - a) * barycentric.x + (c - a) * barycentric.y;
 }
 

@@ -14,6 +14,7 @@ layout(push_constant) uniform Push { uint material_index; };
 layout(location = 0) in vec3 from_eye_ws;
 layout(location = 1) in vec3 normal_ws;
 layout(location = 2) in vec2 uv;
+layout(location = 3) in vec4 vertex_color;
 
 layout(location = 0) out vec4 out_albedo;
 // x: shading normal, y: geometric normal, both octahedral, turned towards the viewer.
@@ -30,12 +31,12 @@ vec2 steady(vec2 at) {
 
 // The base colour. Coordinates that are the same all around, as of a mesh without any, name one texel: there is nothing to
 // filter, and the anisotropic filter of Mesa 25's lavapipe divides 0 by 0.
-vec4 textured_color() {
+vec4 textured_color(uint flags) {
     vec2 at = steady(uv);
     vec4 filtered = texture(base_color_texture, at);
     vec2 change = abs(dFdxCoarse(at)) + abs(dFdyCoarse(at));
     ivec2 size = textureSize(base_color_texture, 0);
-    vec4 single = texelFetch(base_color_texture, min(ivec2(fract(at) * vec2(size)), size - 1), 0);
+    vec4 single = texelFetch(base_color_texture, min(ivec2(wrapped_place(flags, at) * vec2(size)), size - 1), 0);
     return change == vec2(0.0) ? single : filtered;
 }
 
@@ -63,13 +64,16 @@ vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
 
 void main() {
     Material material = materials[material_index];
-    vec4 base_color = material.base_color * textured_color();
+    vec4 base_color = material.base_color * textured_color(material.flags);
+    if ((material.flags & MATERIAL_VERTEX_COLORS) != 0u) {
+        base_color *= clamp(vertex_color, 0.0, 1.0);
+    }
     vec3 geometric = cross(dFdx(from_eye_ws), dFdy(from_eye_ws));
     geometric = dot(geometric, geometric) > 0.0 ? normalize(geometric) : normalize(normal_ws);
     geometric = dot(geometric, from_eye_ws) > 0.0 ? -geometric : geometric;
     vec3 shading = dot(normal_ws, normal_ws) > 0.0 ? normalize(normal_ws) : geometric;
     shading = dot(shading, geometric) < 0.0 ? -shading : shading;
-    if (material.has_normal_map != 0u) {
+    if ((material.flags & MATERIAL_NORMAL_MAP) != 0u) {
         shading = mapped_normal(shading, geometric, material.normal_scale);
     }
     if (base_color.a < material.alpha_cutoff) {

@@ -19,15 +19,10 @@ shared uint most_found;
 // The vertices whose lights may reach a cluster, for level 0 the lowest vertices of cells of S1.
 struct Reach {
     uint level;
-    uint grid_level;
-    uvec3 low;
-    uvec3 extent;
+    VertexRows rows;
     // Of the level: its first light in the merged list, and their number before they are dealt to the sub-images.
     uint first;
     uint count;
-    // Of the vertices' level: rank of its first vertex, and number of its lights.
-    uint first_rank;
-    uint grid_count;
 };
 
 Reach reach_of(Cluster bounds, uint level, uint sub_image) {
@@ -46,8 +41,7 @@ Reach reach_of(Cluster bounds, uint level, uint sub_image) {
     }
     uvec3 extent = uvec3(max(high - low + 1.0, vec3(0.0)));
     uint count = level == 0u ? grid.light_count : level_count(level);
-    return Reach(level, grid_level, uvec3(low), extent, sub_images[SUB_IMAGE_STRIDE * sub_image + level], count,
-                 ranks[first_word(grid_level)], level_count(grid_level));
+    return Reach(level, vertex_rows(grid_level, uvec3(low), extent), sub_images[SUB_IMAGE_STRIDE * sub_image + level], count);
 }
 
 // Whether a light may send anything to a cluster. Errs on the side of yes by more than rounding.
@@ -65,20 +59,6 @@ bool may_reach(Cluster bounds, vec3 light, uint level, float radius) {
     return most.x + most.y + most.z > bounds.lowest_plane - 1e-5 * (scale.x + scale.y + scale.z);
 }
 
-// Lights of the vertices' level before a word's bits `before`.
-uint rank_of(uint word, uint before, Reach reach) {
-    return min(ranks[word] - reach.first_rank + uint(bitCount(occupancy[word] & before)), reach.grid_count);
-}
-
-// Ranks of the lights of one row of vertices: the first and the end.
-uvec2 ranks_of_row(Reach reach, uint row) {
-    uvec3 vertex = reach.low + uvec3(0u, row % reach.extent.y, row / reach.extent.y);
-    uint first = rank_of(occupancy_word(vertex, reach.grid_level), (1u << (vertex.x % 32u)) - 1u, reach);
-    vertex.x += reach.extent.x - 1u;
-    uint end = rank_of(occupancy_word(vertex, reach.grid_level), ~0u >> (31u - vertex.x % 32u), reach);
-    return uvec2(first, end);
-}
-
 // Where light `index` of a level, or the first one after it, lies among those dealt to a sub-image.
 uint dealt_index(uint index, Reach reach, uint sub_image) {
     return dealt_before(index, reach.count, sub_image, interleave() * interleave());
@@ -89,12 +69,13 @@ uint dealt_index(uint index, Reach reach, uint sub_image) {
 uvec2 lights_of_row(Reach reach, uint row, uint sub_image) {
 #ifdef FIRST_LEVEL_0
     if (reach.level == 0u) {
-        uvec2 yz = reach.low.yz + uvec2(row % reach.extent.y, row / reach.extent.y);
-        uvec2 cells = cells_of_row(yz, reach.low.x, reach.low.x + reach.extent.x - 1u);
+        VertexRows rows = reach.rows;
+        uvec2 yz = rows.low.yz + uvec2(row % rows.extent.y, row / rows.extent.y);
+        uvec2 cells = cells_of_row(yz, rows.low.x, rows.low.x + rows.extent.x - 1u);
         return uvec2(bucket_starts[cells.x], bucket_starts[cells.y]);
     }
 #endif
-    uvec2 range = ranks_of_row(reach, row);
+    uvec2 range = ranks_of_row(reach.rows, row);
     return uvec2(dealt_index(range.x, reach, sub_image), dealt_index(range.y, reach, sub_image));
 }
 
@@ -114,7 +95,7 @@ uint merged_light(Reach reach, uint i, uint sub_image) {
 // `first`. `before` is a cluster whose lights have been found already. Returns the new count.
 uint find_in_level(Reach reach, Cluster own, Cluster before, bool has_before, uint sub_image, uint first, uint count) {
     uint lane = gl_LocalInvocationIndex;
-    uint rows = reach.extent.x == 0u ? 0u : reach.extent.y * reach.extent.z;
+    uint rows = row_count(reach.rows);
     float radius = alpha() * cell_size(grid.h_top, reach.level);
     for (uint r = lane; r < rows; r += LANES) {
         uvec2 range = lights_of_row(reach, r, sub_image);

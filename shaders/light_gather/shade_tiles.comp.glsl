@@ -42,6 +42,7 @@ layout(constant_id = 2) const uint SAMPLES = 1u;
 #include "common/cells.glsl"
 #endif
 #include "light_gather/tile_bounds.glsl"
+#include "common/vertex_rows.glsl"
 #include "light_gather/find_lights.glsl"
 
 // Above every key.

@@ -9,6 +9,8 @@ const uint FIRST_SUBTREE = 1024u;
 const float COVER_RADIUS = 1.75;
 // Coverage 1 as it is summed.
 const float COVERAGE_ONE = 1048576.0;
+// With binary coverage a texel is covered when this share of it is.
+const float LEAST_BINARY_SHARE = 0.5;
 // Nothing below this share of a leaf's radius above the tangent plane is seen.
 const float LEAST_HEIGHT = 1e-3;
 
@@ -54,12 +56,7 @@ void see(uint texel, float distance, uint key) {
 
 // `side` is 0 for fronts, 1 for backs.
 void cover(uint texel, uint side, float share) {
-    uint at = 2u * texel + side;
-    if (BINARY_COVERAGE != 0u) {
-        atomicMax(texel_coverage[at], uint(COVERAGE_ONE));
-    } else {
-        atomicAdd(texel_coverage[at], uint(round(min(share, 4.0) * COVERAGE_ONE)));
-    }
+    atomicAdd(texel_coverage[2u * texel + side], uint(round(min(share, 4.0) * COVERAGE_ONE)));
 }
 
 // What of a sphere of directions a node hides, times the squared distance: right for a flat patch and for a ball.
@@ -108,11 +105,7 @@ void splat(uint index, PointNode node, vec3 direction, vec3 local, float distanc
         return;
     }
     uint side = shown_side(node, facing);
-    if (BINARY_COVERAGE != 0u) {
-        cover(texel_index(own), side, 1.0);
-    } else {
-        share_out(at, own, side, hidden_area(node, facing) * local.z / (distance * distance));
-    }
+    share_out(at, own, side, hidden_area(node, facing) * local.z / (distance * distance));
     see(texel_index(own), distance, 2u * index + side);
 }
 
@@ -215,7 +208,11 @@ void fill_micro_buffer(MicroEye eye, uint lane) {
 // How much of a texel is covered.
 float micro_coverage(uint texel) {
     uint covered = max(texel_coverage[2u * texel], texel_coverage[2u * texel + 1u]);
-    return min(float(covered) / COVERAGE_ONE, 1.0);
+    float share = min(float(covered) / COVERAGE_ONE, 1.0);
+    if (BINARY_COVERAGE == 0u) {
+        return share;
+    }
+    return share < LEAST_BINARY_SHARE ? 0.0 : 1.0;
 }
 
 #ifdef MICRO_KEYS

@@ -1,8 +1,11 @@
 // Irradiance of primary points: from the environment where nothing covers the texels of their micro-buffers, and from suns
-// and lamps by rays. A workgroup for each.
+// and lamps by rays; with GATHERS_LIGHTS of the lighting grid hierarchy too. A workgroup for each.
 #include "common/frame.glsl"
 #include "common/dispatch.glsl"
 #include "common/random.glsl"
+#ifdef GATHERS_LIGHTS
+#include "common/color.glsl"
+#endif
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
@@ -12,6 +15,13 @@
 #include "common/point_leaves.glsl"
 PointPlace place_of_word(uint leaf) { return place_of_leaf_key(unpack_leaf(leaf)); }
 #include "common/point_light.glsl"
+#ifdef GATHERS_LIGHTS
+#include "common/light_rays.glsl"
+#include "point_light/hierarchy_light.glsl"
+#else
+// The first bounce is all.
+vec3 hierarchy_irradiance(uint key, uint place_count, uint lane) { return vec3(0.0); }
+#endif
 #include "common/point_sum.glsl"
 #include "shared/PointCounts.glsl"
 
@@ -45,7 +55,8 @@ void main() {
     uint key = point_primaries[slot];
     uint places = find_lit_places(primary_leaves[slot], key, lane);
     mat3 to_world = micro_frame(lit_places[0].normal_ws, key);
-    vec3 irradiance = sky_irradiance(slot, to_world, lane) + lamp_irradiance(places, lane, POINT_LANES);
+    vec3 irradiance = sky_irradiance(slot, to_world, lane) + lamp_irradiance(places, lane, POINT_LANES) +
+                      hierarchy_irradiance(key, places, lane);
     irradiance = sum_over_lanes(lane, irradiance);
     if (lane == 0u) {
         set_irradiance(key, irradiance);

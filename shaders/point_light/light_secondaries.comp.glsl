@@ -1,8 +1,12 @@
 // Irradiance of the secondary points that need it: from the environment by a micro-buffer that is not kept, as only what is
-// not covered counts, of rays or with MICRO_POINTS of points; from suns and lamps by rays. A workgroup for each.
+// not covered counts, of rays or with MICRO_POINTS of points; from suns and lamps by rays. With KEEPS_KEYS what covers the texels
+// is kept, for more bounces; with GATHERS_LIGHTS light of the lighting grid hierarchy is added. A workgroup for each.
 #include "common/frame.glsl"
 #include "common/dispatch.glsl"
 #include "common/random.glsl"
+#ifdef GATHERS_LIGHTS
+#include "common/color.glsl"
+#endif
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
@@ -62,10 +66,20 @@ PointPlace place_of_word(uint word) {
 uvec4 words_of(uint key) { return seen_texels[key]; }
 #endif
 #include "common/point_light.glsl"
+#ifdef GATHERS_LIGHTS
+#include "common/light_rays.glsl"
+#include "point_light/hierarchy_light.glsl"
+#else
+// The first bounce is all.
+vec3 hierarchy_irradiance(uint key, uint place_count, uint lane) { return vec3(0.0); }
+#endif
 
 #ifdef MICRO_POINTS
 layout(constant_id = 0) const uint BINARY_COVERAGE = 0u;
 #define MICRO_EDGE SECONDARY_EDGE
+#ifdef KEEPS_KEYS
+#define MICRO_KEYS
+#endif
 #include "micro_buffers/splat.glsl"
 
 // Share of a texel that nothing covers, once the micro-buffer is filled.
@@ -77,6 +91,54 @@ float openness(PointPlace place, uint texel, vec3 direction) {
 }
 #endif
 
+#ifdef KEEPS_KEYS
+layout(set = 0, binding = 13, std430) writeonly buffer SecondaryTexels { uint secondary_texels[]; };
+#ifdef MICRO_POINTS
+// What a texel sees, once the micro-buffer is filled, as it is kept.
+uint seen_texel(uint key, PointPlace place, uint texel, vec3 direction) {
+    return pack_micro_texel(micro_coverage(texel), micro_key(texel));
+}
+#else
+layout(set = 0, binding = 11, std430) readonly buffer TriangleCells { uvec2 triangle_cells[]; };
+layout(set = 0, binding = 12, std430) readonly buffer LeafCells { uint leaf_cells[]; };
+#include "common/point_hits.glsl"
+#include "common/hit_key.glsl"
+#include "common/seen_key.glsl"
+
+// What a texel sees, as it is kept.
+uint seen_texel(uint key, PointPlace place, uint texel, vec3 direction) {
+    Hit hit;
+    if (!traverse(place.position_ws, direction, 3e38, false, hit)) {
+        return 0u;
+    }
+    float solid_angle = micro_table[texel].solid_angle;
+    float radius = point_node(key >> 1u).radius;
+    return pack_micro_texel(1.0, seen_key(hit_key(hit, direction), place.position_ws, solid_angle, radius));
+}
+#endif
+
+// Keeps what a texel sees where there is room.
+void keep_texel(uint texel, uint seen) {
+    uint index = SECONDARY_TEXELS * linear_group() + texel;
+    if (index < uint(secondary_texels.length())) {
+        secondary_texels[index] = seen;
+    }
+}
+
+// Share of a texel that nothing covers; keeps what it sees.
+float open_share(uint key, PointPlace place, uint texel, vec3 direction) {
+    uint seen = seen_texel(key, place, texel, direction);
+    keep_texel(texel, seen);
+    return 1.0 - coverage_of(seen);
+}
+const bool LOOKS_EVERYWHERE = true;
+#else
+float open_share(uint key, PointPlace place, uint texel, vec3 direction) { return openness(place, texel, direction); }
+void keep_texel(uint texel, uint seen) {}
+// Where nothing comes from nobody needs to know what is there.
+const bool LOOKS_EVERYWHERE = false;
+#endif
+
 // Share of a lane of what comes from the environment; its texels look from the places in turns.
 vec3 sky_irradiance(uint key, uint place_count, uint lane) {
     vec3 sum = vec3(0.0);
@@ -86,8 +148,10 @@ vec3 sky_irradiance(uint key, uint place_count, uint lane) {
         PointPlace place = lit_places[((i & 1u) + 2u * (i / SECONDARY_EDGE & 1u)) % place_count];
         vec3 direction = micro_frame(place.normal_ws, key) * texel.direction;
         vec3 radiance = environment_mean(direction, texel.environment_level);
-        if (is_used(texel) && any(greaterThan(radiance, vec3(0.0)))) {
-            sum += openness(place, i, direction) * texel.cosine_weight * radiance;
+        if (is_used(texel) && (LOOKS_EVERYWHERE || any(greaterThan(radiance, vec3(0.0))))) {
+            sum += open_share(key, place, i, direction) * texel.cosine_weight * radiance;
+        } else {
+            keep_texel(i, 0u);
         }
     }
     return sum;
@@ -103,7 +167,8 @@ void main() {
 #ifdef MICRO_POINTS
     fill_micro_buffer(MicroEye(lit_places[0].position_ws, micro_frame(lit_places[0].normal_ws, key)), lane);
 #endif
-    vec3 irradiance = sky_irradiance(key, places, lane) + lamp_irradiance(places, lane, POINT_LANES);
+    vec3 irradiance = sky_irradiance(key, places, lane) + lamp_irradiance(places, lane, POINT_LANES) +
+                      hierarchy_irradiance(key, places, lane);
     irradiance = sum_over_lanes(lane, irradiance);
     if (lane == 0u) {
         set_irradiance(key, irradiance);

@@ -1,4 +1,5 @@
-// Gives the sides that are seen, and lie under a primary point, its irradiance, and those that borrow that of their parent. One thread per word of bits.
+// Gives the sides that are seen, and lie under a primary point, its irradiance, and those that borrow that of their parent, or
+// of its parent where their own has none. One thread per word of bits.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/dispatch.glsl"
@@ -17,6 +18,8 @@ layout(push_constant) uniform Push { uint word_count; };
 
 bool is_primary(uint key) { return (primary_bits[key >> 5u] >> (key & 31u) & 1u) != 0u; }
 
+bool lends(uint key) { return ((seen_bits[key >> 5u] & ~borrowed_bits[key >> 5u]) >> (key & 31u) & 1u) != 0u; }
+
 void main() {
     uint word = linear_thread();
     if (word >= word_count) {
@@ -32,6 +35,7 @@ void main() {
     }
     for (uint left = borrowed_bits[word]; left != 0u; left &= left - 1u) {
         uint key = 32u * word + uint(findLSB(left));
-        set_irradiance(key, irradiance_of(parent_key(key)));
+        uint parent = parent_key(key);
+        set_irradiance(key, irradiance_of(lends(parent) ? parent : parent_key(parent)));
     }
 }

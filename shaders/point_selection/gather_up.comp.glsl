@@ -16,7 +16,6 @@ layout(set = 0, binding = 7, std430) buffer Counts { PointCounts counts; };
 layout(set = 0, binding = 8, std430) readonly buffer BorrowedBits { uint borrowed_bits[]; };
 layout(push_constant) uniform Push { uint first_word; uint word_count; uint is_leaf_level; };
 // With 0 what lies under primary points does not help the levels above, as in the paper, which looks upwards first.
-// With 0 what lies under primary points does not help the levels above, as in the paper, which looks upwards first.
 layout(constant_id = 0) const uint UNDER_IS_KNOWN = 1u;
 // With 1 sides that are seen, and of which one child lends its light, borrow that.
 layout(constant_id = 1) const uint BORROWS = 1u;

@@ -1,6 +1,6 @@
 // One level of the sides that are primary points or lie under one, and of those that are seen and borrow the light of their
-// parent, which is seen too and does not borrow itself; the first level has all those of word 0. One thread per word of the
-// level.
+// parent or of its parent, which is seen too and does not borrow itself; the first level has all those of word 0. One thread
+// per word of the level.
 #include "constants.glsl"
 #include "common/dispatch.glsl"
 layout(local_size_x = WORKGROUP_SIZE) in;
@@ -28,11 +28,19 @@ void write_first_levels() {
         uint turned = turned_bits[0] >> (key >> 1u) & 1u;
         uint parent = (key >> 2u) << 1u | ((key & 1u) ^ turned);
         under |= (under >> parent & 1u) << key;
+        uint turned_parent = turned_bits[0] >> (parent >> 1u) & 1u;
+        uint above_parent = (parent >> 2u) << 1u | ((parent & 1u) ^ turned_parent);
         uint lends = seen_bits[0] & ~under & ~borrowed;
-        borrowed |= (lends >> parent & lends >> key & 1u) << key;
+        borrowed |= ((lends >> parent | lends >> above_parent) & lends >> key & 1u) << key;
     }
     write_word(0u, under, borrowed);
 }
+
+// Sides whose light those below may borrow.
+uint lending(uint word) { return seen_bits[word] & ~under_bits[word] & ~borrowed_bits[word]; }
+
+// The half of a word that a word of the next level lies below.
+uint half_above(uint sides, uint word) { return sides >> (16u * (word & 1u)) & 0xffffu; }
 
 void main() {
     uint thread = linear_thread();
@@ -45,9 +53,8 @@ void main() {
         return;
     }
     uint above = word >> 1u;
-    uint shift = 16u * (word & 1u);
     uint turned = turned_of_word(word);
-    uint under = primary_bits[word] | sides_of_children(under_bits[above] >> shift & 0xffffu, turned);
-    uint lends = (seen_bits[above] & ~under_bits[above] & ~borrowed_bits[above]) >> shift & 0xffffu;
-    write_word(word, under, seen_bits[word] & ~under & sides_of_children(lends, turned));
+    uint under = primary_bits[word] | sides_of_children(half_above(under_bits[above], word), turned);
+    uint lends = lending(above) | sides_of_children(half_above(lending(above >> 1u), above), turned_of_word(above));
+    write_word(word, under, seen_bits[word] & ~under & sides_of_children(half_above(lends, word), turned));
 }

@@ -29,9 +29,7 @@ layout(constant_id = 0) const uint DESCEND = 1u;
 #include "shadow_rays/estimate.glsl"
 #include "descent/tables.glsl"
 #include "descent/representatives.glsl"
-
-// Bounds what one sample may count for: a finer light can lie much nearer than the light it stands for.
-const float MAX_RESPONSE_RATIO = 16.0;
+#include "descent/way_down.glsl"
 
 // Where shadow rays start.
 struct Receiver {
@@ -47,64 +45,6 @@ struct Receiver {
     // Luminance of all lights, where samples may start at any.
     float luminance_of_all;
 };
-
-// The S1 light that grid light `index` hands a ray to: at every level a part with a probability proportional to
-// its luminance. NO_LIGHT where there are more lights than tables, whose number was measured under another sun.
-uint descend(uint index, uint level, inout uint random_state) {
-    for (; level > 1u; --level) {
-        uint table = descent_table(index, level_first(2u));
-        if (table + DESCENT_STRIDE > uint(descent.length())) {
-            return NO_LIGHT;
-        }
-        uint parts = min(descent[table], DESCENT_PARTS);
-        if (parts == 0u) {
-            return NO_LIGHT;
-        }
-        float target = random(random_state) * uintBitsToFloat(descent[table + 2u * parts]);
-        uint part = 0u;
-        // The first part whose cumulative luminance is above the target, by halving what it may be among.
-        for (uint last = parts - 1u; part < last;) {
-            uint middle = (part + last) / 2u;
-            if (uintBitsToFloat(descent[table + 2u + 2u * middle]) > target) {
-                last = middle;
-            } else {
-                part = middle + 1u;
-            }
-        }
-        index = descent[table + 3u + 2u * part];
-    }
-    return index;
-}
-
-// Where a ray ends: a point that sends light.
-struct Sender {
-    vec3 position_ws;
-    vec3 lobe;
-    vec3 flux;
-    uint level;
-};
-
-// A light of S0 that grid light `index` is made of, or NO_LIGHT where the way down to one is lost. Level 0 has the lights
-// themselves.
-uint original_below(uint index, uint level, inout uint random_state) {
-    if (level == 0u) {
-        return index;
-    }
-    uint s1 = descend(index, level, random_state);
-    if (s1 == NO_LIGHT) {
-        return NO_LIGHT;
-    }
-    uint r = min(uint(random(random_state) * float(REPRESENTATIVES)), REPRESENTATIVES - 1u);
-    uint representative = representatives[s1 * REPRESENTATIVES + r];
-    return representative == NO_LIGHT ? NO_LIGHT : representative & index_mask(index_bits);
-}
-
-Sender original_sender(uint light) {
-    uvec4 position_normal = light_positions[light];
-    vec4 flux = light_fluxes[light];
-    vec3 lobe = original_lobe(position_normal, flux);
-    return Sender(uintBitsToFloat(position_normal.xyz), lobe, flux.rgb, 0u);
-}
 
 // The chosen light's centre jittered uniformly with its deviation: half-width sqrt(3) sigma per axis.
 Sender jittered_sender(GridLight chosen, inout uint random_state) {
@@ -155,13 +95,8 @@ ShadowSample sample_of_chosen(Receiver receiver, GridLight chosen, float share, 
     result.estimate = sender.flux * (share * taken / max(luminance(sender.flux), 1e-30));
     result.has_ray = true;
     if (DESCEND != 0u) {
-        vec3 offset = sender.position_ws - receiver.position_ws;
-        vec3 chosen_offset = chosen.position_ws - receiver.position_ws;
-        float response = light_response(offset, length(offset), receiver.normal, sender.lobe, sender.level,
-            luminance(sender.flux));
-        float expected = light_response(chosen_offset, length(chosen_offset), receiver.normal, chosen.lobe, chosen.level,
-            own_luminance(chosen));
-        result.estimate *= min(response / max(expected, 1e-30), MAX_RESPONSE_RATIO);
+        float response = sent_response(sender, receiver.position_ws, receiver.normal);
+        result.estimate *= stand_in_ratio(response, expected_response(chosen, receiver.position_ws, receiver.normal));
         result.has_ray = response > 0.0;
     }
     return result;

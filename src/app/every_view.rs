@@ -35,7 +35,7 @@ pub fn render(each: &[Settings], verbosity: Verbosity) -> Result<()> {
         }
         let job = Job::new(&gpu, &uploaded, camera, settings);
         let mut renderer = Renderer::new(&job)?;
-        let frames = run_frames(&mut renderer, settings, None, &Progress::hidden())?;
+        let frames = run_frames(&mut renderer, settings, None, &mut (), &Progress::hidden())?;
         let picture = renderer.read_picture(note(settings, frames.times.len(), None))?;
         pictures.extend(outputs.picture.map(|file| (file, picture)));
         bar.set(pictures.len() as u64);

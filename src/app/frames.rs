@@ -21,15 +21,50 @@ pub struct Frames {
     pub complaint: Option<String>,
 }
 
+/// What happens around the frames of a run.
+pub trait AroundFrames {
+    /// Before a frame; those that are not measured are frame 0 too.
+    ///
+    /// # Errors
+    /// Whatever stands in the way of the frame.
+    fn before(&mut self, renderer: &mut Renderer, frame: u32) -> Result<()>;
+
+    /// Whether a frame is thrown away, because it had no room for something that another one will have.
+    ///
+    /// # Errors
+    /// Whatever stands in the way of the other frame.
+    fn render_again(&mut self, _renderer: &mut Renderer, _frame: u32) -> Result<bool> {
+        Ok(false)
+    }
+
+    /// After a measured frame that is whole.
+    ///
+    /// # Errors
+    /// Whatever ends the run.
+    fn after(&mut self, renderer: &Renderer, frame: u32) -> Result<()>;
+}
+
+/// Nothing happens around them.
+impl AroundFrames for () {
+    fn before(&mut self, _: &mut Renderer, _: u32) -> Result<()> {
+        Ok(())
+    }
+
+    fn after(&mut self, _: &Renderer, _: u32) -> Result<()> {
+        Ok(())
+    }
+}
+
 /// Serial frames: each is waited for before the next, so that wall clock and GPU clock can be compared. An
 /// interrupted run ends with the frame, or with the round of a reference technique, that it is in.
 ///
 /// # Errors
-/// [`Error::Interrupted`] when it was interrupted before anything was measured; device errors.
+/// [`Error::Interrupted`] when it was interrupted before anything was measured; device errors, and those of `around`.
 pub fn run_frames(
     renderer: &mut Renderer,
     settings: &Settings,
     mut capture: Option<FrameCapture>,
+    around: &mut dyn AroundFrames,
     progress: &Progress,
 ) -> Result<Frames> {
     let names = renderer.pass_names();
@@ -42,8 +77,10 @@ pub fn run_frames(
     let mut interrupted = None;
     let mut complaint = None;
     for index in 0..warmup + measured {
+        let number = index.saturating_sub(warmup) as u32;
+        around.before(renderer, number)?;
         if settings.render.accumulate > 1 {
-            renderer.set_accumulated_frame(index.saturating_sub(warmup) as u32, Fresh::All);
+            renderer.set_accumulated_frame(number, Fresh::All);
         }
         let mut on_step = |done: u32, total: u32| {
             bar.set(SUBDIVISION * index + SUBDIVISION * u64::from(done) / u64::from(total.max(1)));
@@ -52,7 +89,11 @@ pub fn run_frames(
         if let Some(capture) = &mut capture {
             capture.begin(index);
         }
-        let frame = renderer.run_in_steps(f64::from(settings.device.max_submit_ms), &mut on_step)?;
+        let max_submit_ms = f64::from(settings.device.max_submit_ms);
+        let mut frame = renderer.run_in_steps(max_submit_ms, &mut on_step)?;
+        if around.render_again(renderer, number)? {
+            frame = renderer.run_in_steps(max_submit_ms, &mut on_step)?;
+        }
         if let Some(capture) = &mut capture {
             capture.end(true)?;
         }
@@ -69,6 +110,9 @@ pub fn run_frames(
         }
         let is_last = index + 1 == warmup + measured;
         let partly = frame.rounds_done < frame.rounds;
+        if index >= warmup && !partly {
+            around.after(renderer, number)?;
+        }
         if interrupt::requested() && (!is_last || partly) {
             let rounds = if partly {
                 format!(", of the last {} of {} rounds", frame.rounds_done, frame.rounds)

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::counts;
 use super::frames::{Frames, run_frames};
 use super::outputs::Outputs;
+use super::sequence::Sequence;
 use super::setup::{cpu_note, find_camera, load_scene, open_gpu, scene_info, upload};
 use crate::cli::Verbosity;
 use crate::files::FileKind;
@@ -27,7 +28,7 @@ use crate::{Error, Result, interrupt};
 /// passes in a table.
 ///
 /// # Errors
-/// Whatever stands in the way; the outputs are then as they were.
+/// Whatever stands in the way; the outputs are then as they were, but for frames of a sequence that were done.
 pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
     let progress = Progress::new(verbosity.quiet);
     let outputs = Outputs::prepare(settings)?;
@@ -38,12 +39,22 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
     if let Some(note) = cpu_note(&gpu, settings) {
         progress.note(&format!("{} is {note}", gpu.report().name));
     }
-    let scene = load_scene(settings, &progress)?;
-    let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
-    let uploaded = upload(&gpu, &scene, settings, &progress)?;
+    let mut scene = load_scene(settings, &progress)?;
+    let mut uploaded = upload(&gpu, &scene, settings, &progress)?;
+    let seen = |scene: &Scene| find_camera(scene, settings.scene.camera.as_deref());
+    let mut renderer = Renderer::new(&Job::new(&gpu, &uploaded, &seen(&scene)?, settings))?;
+    let mut sequence = Sequence {
+        gpu: &gpu,
+        settings,
+        scene: &mut scene,
+        uploaded: &mut uploaded,
+        shown_s: settings.motion.time_s,
+        files: outputs.sequence,
+    };
+    let Frames { times: frames, interrupted, complaint } =
+        run_frames(&mut renderer, settings, capture, &mut sequence, &progress)?;
+    let camera = &seen(&scene)?;
     let job = Job::new(&gpu, &uploaded, camera, settings);
-    let mut renderer = Renderer::new(&job)?;
-    let Frames { times: frames, interrupted, complaint } = run_frames(&mut renderer, settings, capture, &progress)?;
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;
     let mut frame_count = frames.len();
     let dump = match dump {
@@ -146,7 +157,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
 
 /// Renders a frame into a dump that has no name yet: the last of a mean, else one more like the last. Pictures are of
 /// that frame too.
-fn write_dump(target: DumpTarget, job: &Job<'_>, scene: &Scene, renderer: &Renderer) -> Result<DumpFolder> {
+pub(super) fn write_dump(target: DumpTarget, job: &Job<'_>, scene: &Scene, renderer: &Renderer) -> Result<DumpFolder> {
     let mut folder = target.begin()?;
     let settings = &settings_as_used(job.settings, renderer);
     let scene_info = &scene_info(settings, scene, job.camera);

@@ -45,6 +45,13 @@ pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &Environ
     Ok(())
 }
 
+/// Keeps a sun that was placed where it is, after the scene's lights have moved.
+pub(super) fn hold_sun(scene: &mut Scene, sun: Option<SunPlace>) {
+    if let (Some(sun), Some((direction_ws, _))) = (sun, first_sun(scene)) {
+        *direction_ws = sun.travel_ws();
+    }
+}
+
 /// Where a scene's light from all around comes from.
 pub(super) fn source(scene: &Scene, settings: &EnvironmentSettings) -> EnvironmentSource {
     match &settings.source {

@@ -10,6 +10,8 @@ pub mod headless;
 mod lighting;
 pub mod list_gpus;
 mod outputs;
+pub mod selftest;
+mod sequence;
 mod setup;
 #[cfg(feature = "window")]
 pub mod window;
@@ -50,6 +52,10 @@ fn execute(command: Command) -> Result<()> {
         }
         Command::Compare(args) => compare::compare(&args),
         Command::DiffDumps(args) => diff_dumps::diff(&args),
+        Command::Selftest(args) => {
+            start_log(Verbosity { verbose: 0, quiet: args.quiet });
+            selftest::selftest(&args)
+        }
         Command::ErrorReport { settings, options, verbosity } => {
             start_log(verbosity);
             error_report::report(&settings, &options, verbosity.quiet)

@@ -12,7 +12,7 @@ use crate::progress::{Bar, Progress};
 use crate::renderer::UploadedScene;
 use crate::report::timings::SceneInfo;
 use crate::scene::{Camera, Scene, gltf};
-use crate::settings::{DeviceSettings, EnvironmentSettings, SceneSettings, Settings, SunPlace};
+use crate::settings::{DeviceSettings, EnvironmentSettings, MotionSettings, SceneSettings, Settings, SunPlace};
 use crate::{Error, Result, camera, techniques};
 
 /// The scene shown when none is named.
@@ -57,13 +57,15 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
         }
     };
     let SceneSettings { file, sun, .. } = &settings.scene;
-    read_scene(file.as_deref(), *sun, &settings.environment, &report)
+    read_scene(file.as_deref(), *sun, &settings.motion, &settings.environment, &report)
 }
 
-/// The scene of a file, or the built-in one, with the sun where it is asked for, in its environment.
+/// The scene of a file, or the built-in one, at the moment that is asked for, with the sun where it is asked for, in its
+/// environment.
 pub(super) fn read_scene(
     path: Option<&Path>,
     sun: Option<SunPlace>,
+    motion: &MotionSettings,
     environment: &EnvironmentSettings,
     report: &dyn Fn(&str, u64, u64),
 ) -> Result<Scene> {
@@ -71,6 +73,8 @@ pub(super) fn read_scene(
         Some(path) => gltf::load(path, report),
         None => gltf::load_bytes("courtyard", COURTYARD, report),
     }?;
+    scene.play(motion.animation.as_deref())?;
+    scene.pose(motion.time_s);
     lighting::light(&mut scene, sun, environment)?;
     Ok(scene)
 }

@@ -25,7 +25,9 @@ pub(super) enum Subcommand {
     /// Render in stages, and split the error of the method by cause
     #[command(after_help = super::error_report::HELP)]
     ErrorReport(Box<ErrorReportArgs>),
-    /// Print the completions of a shell: gridlight completions bash > /etc/bash_completion.d/gridlight
+    /// Render small frames and compare what every pass leaves with a record of another device (exit 3 when one differs)
+    Selftest(SelftestArgs),
+    /// Print shell completions: gridlight completions bash > /etc/bash_completion.d/gridlight
     Completions(CompletionsArgs),
     /// Print a manual page: gridlight man > gridlight.1
     Man(ManArgs),
@@ -44,7 +46,7 @@ pub(super) struct CompletionsArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Man")]
 pub(super) struct ManArgs {
-    /// The command that it is of [default: rendering]
+    /// The command to document [default: rendering]
     pub command: Option<String>,
     /// Print this help
     #[arg(short, long, action = ArgAction::Help)]
@@ -57,7 +59,7 @@ pub(super) struct ManArgs {
 pub struct CompareArgs {
     /// The reference: .exr, .png, or .json of --timings
     pub reference: PathBuf,
-    /// What is compared with it, of the same kind
+    /// The file to compare with it, of the same kind
     pub test: PathBuf,
     /// Write everything found as JSON
     #[arg(long, value_name = "FILE.json")]
@@ -79,7 +81,7 @@ pub struct CompareArgs {
     /// Direct light of the reference alone: measures indirect light where no direct light arrives
     #[arg(long, value_name = "FILE.exr", help_heading = "Pictures")]
     pub direct: Option<PathBuf>,
-    /// Write where FLIP sees differences, in false colours with a scale bar
+    /// Write a false-colour map of the FLIP error with a scale bar
     #[arg(long, value_name = "FILE.png", help_heading = "Pictures")]
     pub heatmap: Option<PathBuf>,
     /// Fail (exit 3) when the mean FLIP error, 0 to 1, is larger
@@ -209,6 +211,34 @@ fn check_extension(option: &str, path: Option<&Path>, wanted: FileKind) -> Resul
     }
 }
 
+/// The device to test.
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
+#[command(next_help_heading = "Selftest")]
+pub struct SelftestArgs {
+    /// Device, by its index in --list-gpus or by a part of its name [default: the most capable]
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub gpu: Option<String>,
+    /// Run under the Vulkan validation layers; any message is a failure (exit 4)
+    #[arg(long)]
+    pub validation: bool,
+    /// Write what this device leaves, which then is what others are compared with, instead of comparing
+    #[arg(long, value_name = "FILE.json")]
+    pub record: Option<PathBuf>,
+    /// Print no progress
+    #[arg(long)]
+    pub quiet: bool,
+    /// Print this help
+    #[arg(short, long, action = ArgAction::Help)]
+    pub help: Option<bool>,
+}
+
+impl SelftestArgs {
+    /// Everything that can be found wrong without a device.
+    pub(super) fn check(&self) -> Result<()> {
+        check_extension("--record", self.record.as_deref(), FileKind::Json)
+    }
+}
+
 /// Two dumps to compare.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 #[command(next_help_heading = "Diff dumps")]
@@ -219,7 +249,7 @@ pub struct DiffDumpsArgs {
     /// Folder of another dump of the same settings
     #[arg(value_name = "B")]
     pub b: PathBuf,
-    /// Largest relative difference of numbers that count as equal; 0 compares bits
+    /// Largest relative difference at which numbers count as equal; 0 compares bits
     #[arg(long, value_name = "REL", default_value_t = 0.0, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Compare dumps of different settings

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::Command;
 use super::options::{DiagnosticsArgs, FileArgs, Overrides};
 use crate::settings::{
-    DeviceSettings, EnvironmentSettings, LghSettings, LightSet, ManyLightSettings, PbgiSettings, PictureSettings,
-    SceneSettings, Scope, Settings, Size, TracingSettings,
+    DeviceSettings, EnvironmentSettings, LghSettings, LightSet, ManyLightSettings, MotionSettings, PbgiSettings,
+    PictureSettings, SceneSettings, Scope, Settings, Size, TracingSettings,
 };
 use crate::{Error, Result, techniques};
 
@@ -30,6 +30,8 @@ pub const REPORT_FILES: [&str; 3] = ["report.json", "report.md", "report.html"];
 pub(super) struct ErrorReportArgs {
     #[command(flatten)]
     scene: Overrides<SceneSettings>,
+    #[command(flatten)]
+    motion: Overrides<MotionSettings>,
     #[command(flatten)]
     environment: Overrides<EnvironmentSettings>,
     #[command(flatten)]
@@ -55,7 +57,7 @@ pub(super) struct ErrorReportArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Report")]
 struct ReportArgs {
-    /// Write report.json, report.md and report.html into this folder, which is made where it is missing
+    /// Write report.json, report.md and report.html into this folder, which is created if it is missing
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Paths per pixel of the path-traced reference, 1 or more [default: 256]
@@ -96,6 +98,7 @@ impl ErrorReportArgs {
         let file = self.file.settings;
         let mut settings = Box::new(base_settings(file.as_deref())?);
         self.scene.apply(&mut settings.scene)?;
+        self.motion.apply(&mut settings.motion)?;
         self.environment.apply(&mut settings.environment)?;
         self.picture.apply(&mut settings.picture)?;
         self.tracing.apply(&mut settings.tracing)?;

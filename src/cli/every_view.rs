@@ -51,6 +51,12 @@ pub(super) fn settings_of_each(settings: &Settings) -> Result<Vec<Settings>> {
         let frames = settings.render.accumulate;
         return Err(Error::Usage(format!("--view all is of one frame, not of {frames}: leave --accumulate at 1")));
     }
+    if settings.output.is_sequence() {
+        let path = path.display();
+        return Err(Error::Usage(format!(
+            "--view all is of one frame: leave the number of frames out of --output {path}"
+        )));
+    }
     let beside = [!settings.output.timings.is_empty(), settings.output.dump.is_some()];
     if beside.contains(&true) {
         return Err(Error::Usage("--view all writes pictures alone: leave out --timings and --dump".to_owned()));
@@ -117,6 +123,7 @@ mod tests {
         };
         assert!(complaint(|s| s.output.picture = None).contains("needs --output"));
         assert!(complaint(|s| s.render.accumulate = 4).contains("leave --accumulate at 1"));
+        assert!(complaint(|s| s.output.picture = Some("a-{frame}.png".into())).contains("is of one frame"));
         assert!(complaint(|s| s.output.timings.push("a.csv".into())).contains("leave out --timings"));
     }
 }

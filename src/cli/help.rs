@@ -49,7 +49,7 @@ mod tests {
     fn every_option_of_a_setting_has_help_and_its_words() {
         let options = option_help();
         let find = |key: &str| options.iter().find(|o| o.key == key).unwrap_or_else(|| panic!("no {key}"));
-        assert_eq!(find("technique").values.len(), 6);
+        assert_eq!(find("technique").values.len(), 7);
         assert!(find("technique").values.iter().all(|(_, help)| !help.is_empty()));
         assert!(find("alpha").help.contains("above 0") && find("alpha").values.is_empty());
         assert_eq!(find("alpha").group, "Method");

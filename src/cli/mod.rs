@@ -15,13 +15,13 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::settings::{
-    DeviceSettings, EnvironmentSettings, LghSettings, ManyLightSettings, OutputSettings, PathTraceSettings,
-    PbgiSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, Settings, TracingSettings,
-    WindowSettings,
+    DeviceSettings, EnvironmentSettings, LghSettings, ManyLightSettings, MotionSettings, OutputSettings,
+    PathTraceSettings, PbgiSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, Settings,
+    TracingSettings, WindowSettings,
 };
 use crate::{Error, Result, techniques};
 use commands::Subcommand;
-pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs};
+pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs, SelftestArgs};
 pub use error_report::{ErrorReportOptions, REPORT_FILES};
 pub use help::{OptionHelp, option_help};
 use options::{DiagnosticsArgs, FileArgs, GraphArgs, ListArgs, Overrides, ScriptArgs};
@@ -74,6 +74,8 @@ pub enum Command {
     Compare(Box<CompareArgs>),
     /// Compare two dumps.
     DiffDumps(DiffDumpsArgs),
+    /// Test a device.
+    Selftest(SelftestArgs),
     /// Render in stages and split the error by cause.
     ErrorReport {
         /// The (valid) settings that the stages vary.
@@ -97,6 +99,8 @@ pub struct Args {
     subcommand: Option<Subcommand>,
     #[command(flatten)]
     scene: Overrides<SceneSettings>,
+    #[command(flatten)]
+    motion: Overrides<MotionSettings>,
     #[command(flatten)]
     environment: Overrides<EnvironmentSettings>,
     #[command(flatten)]
@@ -168,6 +172,10 @@ impl Args {
                 dumps.check()?;
                 return Ok(Command::DiffDumps(dumps));
             }
+            Some(Subcommand::Selftest(args)) => {
+                args.check()?;
+                return Ok(Command::Selftest(args));
+            }
             Some(Subcommand::ErrorReport(args)) => return args.into_command(),
             Some(Subcommand::Completions(args)) => return Ok(Command::Show(pages::completions(&args))),
             Some(Subcommand::Man(args)) => return pages::man(&args).map(Command::Show),
@@ -199,6 +207,7 @@ impl Args {
         let file = self.file.settings;
         let mut settings = file.as_deref().map_or_else(|| Ok(Settings::default()), Settings::read)?;
         self.scene.apply(&mut settings.scene)?;
+        self.motion.apply(&mut settings.motion)?;
         self.environment.apply(&mut settings.environment)?;
         self.run.apply(&mut settings.run)?;
         self.picture.apply(&mut settings.picture)?;

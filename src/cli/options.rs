@@ -56,7 +56,7 @@ impl<G: clap::Args> Overrides<G> {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Run")]
 pub(super) struct FileArgs {
-    /// Read settings from a TOML or .json file; its keys are the long options, which override it
+    /// Read settings from a TOML or .json file, whose keys are the long options; the command line overrides it
     #[arg(long, value_name = "FILE")]
     pub settings: Option<PathBuf>,
 }

@@ -6,7 +6,7 @@ use super::*;
 use crate::settings::{
     CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode,
     Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection, ShadowEstimate, ShadowFilter,
-    ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
+    ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance, VplSeeds,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -70,7 +70,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --reuse on --direct off --lights both --vpls 7 --vpl-importance none \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --time -2.5 --fps 12 --animation walk --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --point-bounces 2 --reuse on --direct off --lights both --vpls 7 --vpl-importance none --vpl-seeds fresh \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --inspect 7,8 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
@@ -82,6 +82,9 @@ fn every_option_arrives() {
         s.picture.size = Size { width: 320, height: 180 };
         s.scene.camera = Some("atrium".into());
         s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: -20.5 });
+        s.motion.time_s = -2.5;
+        s.motion.fps = 12.0;
+        s.motion.animation = Some("walk".into());
         s.environment.source = Some(EnvironmentSource::Uniform([1.0, 0.5, 2.0]));
         s.environment.scale = 0.5;
         s.environment.turn_deg = -30.0;
@@ -93,12 +96,14 @@ fn every_option_arrives() {
         s.pbgi.coverage = Coverage::Binary;
         s.pbgi.selection = Selection::Paper;
         s.pbgi.sun_leaves = 2;
+        s.pbgi.point_bounces = 2;
         s.pbgi.reuse = Switch::On;
         s.render.accumulate = 1;
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;
         s.many_lights.vpls = 7;
         s.many_lights.vpl_importance = VplImportance::None;
+        s.many_lights.vpl_seeds = Some(VplSeeds::Fresh);
         s.many_lights.bounces = 5;
         s.lgh.levels = Levels::Fixed(6);
         s.lgh.alpha = 2.0;
@@ -227,7 +232,7 @@ fn mistakes_get_one_sentence() {
         (&["--vpls", "many"], "invalid value 'many' for '--vpls <N>'"),
         (&["--vpls"], "a value is required for '--vpls <N>'"),
         (&["--size", "big"], "`big` is not a size of the form WIDTHxHEIGHT"),
-        (&["--technique", "magic"], "lgh, pbgi, direct, brute-force, path-trace, pbgi-reference"),
+        (&["--technique", "magic"], "lgh, pbgi, final-gather, direct, brute-force, path-trace, pbgi-reference"),
         (&["--levels", "few"], "`few` is not `auto` or a whole number of levels"),
         (&["--quiet", "-v"], "cannot be used with"),
         (&["a.gltf", "b.gltf"], "unexpected argument 'b.gltf' found"),
@@ -271,6 +276,7 @@ fn help_states_the_defaults() {
         ("--samples <N>", settings.path_trace.samples.to_string()),
         ("--points <N>", settings.pbgi.points.to_string()),
         ("--sun-leaves <N>", settings.pbgi.sun_leaves.to_string()),
+        ("--point-bounces <N>", settings.pbgi.point_bounces.to_string()),
         ("--accumulate <N>", settings.render.accumulate.to_string()),
         ("--max-submit-ms <MS>", settings.device.max_submit_ms.to_string()),
         ("--vpls <N>", settings.many_lights.vpls.to_string()),

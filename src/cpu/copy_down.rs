@@ -3,8 +3,10 @@
 use glam::Vec3;
 
 use super::point_sides::{PointSides, has_bit};
+use super::spread_down::lends;
 
-/// Gives the sides that are seen, and lie under a primary point, its irradiance, and those that borrow that of their parent.
+/// Gives the sides that are seen, and lie under a primary point, its irradiance, and those that borrow that of their parent, or
+/// of its parent where their own has none.
 pub fn copy_down(
     sides: &PointSides,
     primary: &[u32],
@@ -21,6 +23,8 @@ pub fn copy_down(
         irradiance[key as usize] = irradiance[above as usize];
     }
     for key in sides.keys().filter(|key| has_bit(borrowed, *key)) {
-        irradiance[key as usize] = irradiance[sides.parent(key) as usize];
+        let parent = sides.parent(key);
+        let lender = if lends(parent, under, seen, borrowed) { parent } else { sides.parent(parent) };
+        irradiance[key as usize] = irradiance[lender as usize];
     }
 }

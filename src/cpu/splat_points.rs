@@ -14,6 +14,8 @@ const FIRST_SUBTREE: u32 = 1024;
 const COVER_RADIUS: f32 = 1.75;
 /// Coverage 1 as it is summed.
 const COVERAGE_ONE: f32 = 1_048_576.0;
+/// With binary coverage a texel is covered when this share of it is.
+const LEAST_BINARY_SHARE: f32 = 0.5;
 /// Nothing below this share of a leaf's radius above the tangent plane is seen.
 const LEAST_HEIGHT: f32 = 1e-3;
 /// No key in a texel.
@@ -26,7 +28,7 @@ pub struct Splatting<'a> {
     pub points: &'a PointCloud,
     /// Texels of the micro-buffers.
     pub table: &'a [MicroTexel],
-    /// Whether a point covers all of a texel or its share.
+    /// Whether texels are covered or not, or by a share.
     pub is_binary: bool,
     /// Of the scene's bounds.
     pub scene_radius: f32,
@@ -101,7 +103,8 @@ impl MicroBuffer<'_> {
     #[must_use]
     pub fn coverage(&self) -> Vec<f32> {
         let share = |[front, back]: &[u32; 2]| (*front.max(back) as f32 / COVERAGE_ONE).min(1.0);
-        self.coverage.iter().map(share).collect()
+        let kept = |share| if !self.by.is_binary { share } else { f32::from(share >= LEAST_BINARY_SHARE) };
+        self.coverage.iter().map(|sides| kept(share(sides))).collect()
     }
 
     /// The key that is seen in a texel: its own, else the nearest of its neighbours'; 0 for none.
@@ -140,12 +143,7 @@ impl MicroBuffer<'_> {
     }
 
     fn cover(&mut self, texel: usize, side: u32, share: f32) {
-        let covered = &mut self.coverage[texel][side as usize];
-        if self.by.is_binary {
-            *covered = COVERAGE_ONE as u32;
-        } else {
-            *covered += (share.min(4.0) * COVERAGE_ONE).round() as u32;
-        }
+        self.coverage[texel][side as usize] += (share.min(4.0) * COVERAGE_ONE).round() as u32;
     }
 
     /// Draws a node, or part of it; gives the node to go on with.
@@ -187,7 +185,6 @@ impl MicroBuffer<'_> {
             (self.texel(low.as_ivec2() + step).unwrap_or(own), along.x * along.y)
         });
         let weight: f32 = corners.iter().map(|(texel, share)| share * self.by.table[*texel].cosine_weight).sum();
-        let corners = if self.by.is_binary { [(own, 1.0); 4] } else { corners };
         for (texel, share) in corners {
             self.cover(texel, shown_side(seen), hidden * share / weight.max(1e-30));
         }

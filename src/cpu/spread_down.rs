@@ -15,15 +15,23 @@ pub fn spread_down(sides: &PointSides, primary_bits: &[u32]) -> Vec<u32> {
     under
 }
 
-/// The sides that borrow the light of their parent: both are seen, neither lies under a primary point, and the parent does
-/// not borrow.
+/// Whether the sides below may borrow the light of this one.
+#[must_use]
+pub fn lends(key: u32, under: &[u32], seen: &[u32], borrowed: &[u32]) -> bool {
+    key >= 2 && has_bit(seen, key) && !has_bit(under, key) && !has_bit(borrowed, key)
+}
+
+/// The sides that borrow the light of their parent or of its parent: both are seen, neither lies under a primary point, and
+/// the lender does not borrow.
 #[must_use]
 pub fn borrow_down(sides: &PointSides, under: &[u32], seen: &[u32]) -> Vec<u32> {
     let mut borrowed = sides.none();
-    let is_own = |key: u32, borrowed: &[u32]| has_bit(seen, key) && !has_bit(under, key) && !has_bit(borrowed, key);
     for key in sides.keys() {
         let parent = sides.parent(key);
-        if parent >= 2 && is_own(key, &borrowed) && is_own(parent, &borrowed) {
+        // Sides 2 and 3 are the root's.
+        let above = if parent >= 2 { [parent, sides.parent(parent)] } else { [parent; 2] };
+        let is_lent = above.into_iter().any(|above| lends(above, under, seen, &borrowed));
+        if is_lent && lends(key, under, seen, &borrowed) {
             set_bit(&mut borrowed, key);
         }
     }

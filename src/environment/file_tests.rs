@@ -1,6 +1,8 @@
 use std::path::PathBuf;
 
+use exr::image::write::WritableImage as _;
 use exr::image::{Encoding, Image, Layer, SpecificChannels};
+use exr::math::Vec2;
 use exr::meta::attribute::IntegerBounds;
 use exr::meta::header::LayerAttributes;
 use half::f16;

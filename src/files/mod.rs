@@ -1,7 +1,9 @@
 //! Files that the program reads and writes, whatever is in them: they appear whole or not at all.
 
+pub mod exr_texels;
 mod output;
 pub mod pictures;
+pub mod sequence;
 
 pub use output::{FileKind, OutputFile};
 pub use pictures::Picture;

@@ -1,5 +1,6 @@
 //! Pictures as files: OpenEXR for linear radiance, PNG for looking at. Row 0 is at the top.
 
+use std::fs::File;
 use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
@@ -7,8 +8,9 @@ use exr::image::SpecificChannels;
 use exr::image::write::WritableImage;
 use exr::math::Vec2;
 use exr::meta::attribute::Text;
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::{ImageFormat, ImageReader};
 
+use super::exr_texels::{Texels, read_texels};
 use super::{FileKind, OutputFile};
 use crate::{Error, Result};
 
@@ -60,13 +62,45 @@ pub fn write_png(writer: impl Write, width: u32, height: u32, rgb: &[u8], note: 
     write().map_err(|error| failed(&error))
 }
 
-/// Width, height and linear RGB of an OpenEXR file.
+/// Width, height and linear RGB of an OpenEXR file; grey where it has one channel, of the first layer where it has several.
 ///
 /// # Errors
 /// [`Error::File`] when it cannot be read or understood.
 pub fn read_exr(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<f32>)> {
-    let rgb = read(path.as_ref(), ImageFormat::OpenExr)?.into_rgb32f();
-    Ok((rgb.width(), rgb.height(), rgb.into_raw()))
+    let path = path.as_ref();
+    let file = File::open(path).map_err(|error| Error::file(path, error))?;
+    let picture: Rgb = read_texels(file, |[width, height]| {
+        let count = u64::from(width) * u64::from(height);
+        if (1..=MAX_TEXELS).contains(&count) {
+            return Ok(());
+        }
+        Err(format!("its size is {width}x{height}, and {MAX_TEXELS} pixels are the most that are read"))
+    })
+    .map_err(|reason| Error::file(path, reason))?;
+    Ok((picture.width, picture.height, picture.values))
+}
+
+/// The most pixels of an OpenEXR file.
+const MAX_TEXELS: u64 = 1 << 28;
+
+/// A picture while it is read.
+struct Rgb {
+    width: u32,
+    height: u32,
+    values: Vec<f32>,
+}
+
+impl Texels for Rgb {
+    const ANY_CHANNEL: bool = true;
+
+    fn new([width, height]: [u32; 2]) -> Self {
+        Self { width, height, values: vec![0.0; 3 * width as usize * height as usize] }
+    }
+
+    fn put(&mut self, [x, y]: [usize; 2], color: [f32; 3]) {
+        let first = 3 * (y * self.width as usize + x);
+        self.values[first..first + 3].copy_from_slice(&color);
+    }
 }
 
 /// Width, height and 8-bit RGB of a PNG file.
@@ -74,7 +108,10 @@ pub fn read_exr(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<f32>)> {
 /// # Errors
 /// [`Error::File`] when it cannot be read or understood.
 pub fn read_png(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<u8>)> {
-    let rgb = read(path.as_ref(), ImageFormat::Png)?.into_rgb8();
+    let path = path.as_ref();
+    let mut reader = ImageReader::open(path).map_err(|error| Error::file(path, error))?;
+    reader.set_format(ImageFormat::Png);
+    let rgb = reader.decode().map_err(|error| Error::file(path, error))?.into_rgb8();
     Ok((rgb.width(), rgb.height(), rgb.into_raw()))
 }
 
@@ -93,12 +130,6 @@ impl OutputFile {
         }
         self.commit(&bytes.into_inner())
     }
-}
-
-fn read(path: &Path, format: ImageFormat) -> Result<DynamicImage> {
-    let mut reader = ImageReader::open(path).map_err(|error| Error::file(path, error))?;
-    reader.set_format(format);
-    reader.decode().map_err(|error| Error::file(path, error))
 }
 
 fn check_length(width: u32, height: u32, length: usize) -> Result<()> {
@@ -143,6 +174,46 @@ mod tests {
         let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         assert!(found[4].is_nan());
         assert_eq!(bits(&found), bits(&rgb));
+    }
+
+    /// Files of one channel, of named layers and of several parts, as renderers write them.
+    #[test]
+    fn exr_layers_and_single_channels_are_read() {
+        use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
+        use exr::meta::attribute::IntegerBounds;
+        use exr::meta::header::{ImageAttributes, LayerAttributes};
+
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let size = Vec2(3, 2);
+        let layer = |part: &str, names: &[&str]| {
+            let channel = |name: &&str| {
+                let value = f32::from(name.as_bytes()[name.len() - 1]);
+                AnyChannel::new(*name, FlatSamples::F32((0..6).map(|i| value + i as f32).collect()))
+            };
+            let channels = AnyChannels::sort(names.iter().map(channel).collect());
+            Layer::new(size, LayerAttributes::named(Text::from(part)), Encoding::UNCOMPRESSED, channels)
+        };
+        let grey = |name: &str| [f32::from(name.as_bytes()[name.len() - 1]); 3];
+        let colour = [b'R', b'G', b'B'].map(f32::from);
+        for (parts, first) in [
+            (vec![layer("a", &["Y"])], grey("Y")),
+            (vec![layer("a", &["Z"])], grey("Z")),
+            (vec![layer("a", &["A", "Y"])], grey("Y")),
+            (vec![layer("a", &["diffuse.B", "diffuse.G", "diffuse.R", "Z"])], colour),
+            (vec![layer("depth", &["Z"]), layer("beauty", &["B", "G", "R"])], colour),
+        ] {
+            let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
+            let image = Image::from_layers(attributes, parts);
+            image.write().to_file(&path).unwrap();
+            let (width, height, rgb) = read_exr(&path).unwrap();
+            assert_eq!((width, height, &rgb[..3]), (3, 2, &first[..]));
+            assert_eq!(rgb[15], first[0] + 5.0);
+        }
+        let image = Image::from_layer(layer("a", &["U", "V"]));
+        image.write().to_file(&path).unwrap();
+        let refused = read_exr(&path).unwrap_err().to_string();
+        assert!(refused.contains("it has the channels U, V, and neither"), "{refused}");
     }
 
     /// A small picture of noise is one uncompressed block at the end of the file: each line, top first, as all of

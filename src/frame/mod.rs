@@ -37,6 +37,7 @@ pub fn build(shapes: &Shapes) -> (Graph<Work>, FrameOutputs) {
         Some(shown) => finish_view(&mut frame, &gbuffer, shown),
         None => add_picture(&mut frame, &gbuffer, shapes),
     };
+    frame.graph.keep_results();
     (frame.graph, outputs)
 }
 

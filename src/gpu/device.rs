@@ -50,6 +50,8 @@ pub struct Device {
     pub(super) device: ash::Device,
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
+    /// Held by whoever uses the queue: threads that measure and the one that renders share it.
+    queue_use: Mutex<()>,
     pub(super) debug: Option<ext::debug_utils::Device>,
     /// Functions of acceleration structures, where there are ray queries.
     pub(super) acceleration: Option<khr::acceleration_structure::Device>,
@@ -97,6 +99,7 @@ impl Device {
             device,
             queue,
             queue_family,
+            queue_use: Mutex::new(()),
             debug,
             acceleration,
             diagnostics,
@@ -182,8 +185,14 @@ impl Device {
     /// # Errors
     /// When the device is lost.
     pub fn wait_idle(&self) -> Result<()> {
-        // SAFETY: the device is alive and its queue is only used from this thread.
+        let _queue = self.lock_queue();
+        // SAFETY: the device is alive, and nobody else uses its queue meanwhile.
         check("vkDeviceWaitIdle", unsafe { self.device.device_wait_idle() })
+    }
+
+    /// Keeps others from the queue as long as the guard lives.
+    pub(super) fn lock_queue(&self) -> MutexGuard<'_, ()> {
+        self.queue_use.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
     pub(super) fn allocator(&self) -> MutexGuard<'_, Allocator> {

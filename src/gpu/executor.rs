@@ -85,6 +85,11 @@ pub struct Executor {
     max_submit_ms: f64,
     /// Times of the passes of the last frame that was waited for.
     pub(super) last_ms: Vec<f64>,
+    /// Whether the next paced frame may use what kept passes have left, whether they have left it, and whether the frame under
+    /// way does so.
+    may_reuse_kept: bool,
+    pub(super) kept_is_there: bool,
+    skips_kept: bool,
     /// Frames submitted so far.
     frames: u64,
     split_submits: bool,
@@ -126,6 +131,9 @@ impl Executor {
             timeline: Timeline::new(gpu)?,
             max_submit_ms: f64::INFINITY,
             last_ms: Vec::new(),
+            may_reuse_kept: false,
+            kept_is_there: false,
+            skips_kept: false,
             frames: 0,
             split_submits: std::env::var_os(SPLIT_SUBMITS).is_some_and(|v| v == "1"),
             gpu: Arc::clone(gpu),
@@ -183,6 +191,23 @@ impl Executor {
         self.frame.history_is_valid = false;
     }
 
+    /// Whether the next frame that goes in pieces may use again what kept passes ([`crate::graph::Graph::keep_from`]) have left:
+    /// everything that they read is then as it was.
+    pub fn set_reuses_kept(&mut self, reuses: bool) {
+        self.may_reuse_kept = reuses;
+    }
+
+    /// Begins a frame that uses what kept passes have left, if it may and that is there.
+    pub(super) fn begin_kept(&mut self) {
+        self.skips_kept = self.may_reuse_kept && self.kept_is_there;
+        self.kept_is_there = self.skips_kept;
+    }
+
+    /// Whether the frame under way has the results of a pass already.
+    pub(super) fn is_skipped(&self, index: usize) -> bool {
+        self.skips_kept && self.frame.graph.passes()[index].is_kept
+    }
+
     /// Records and submits one frame. Blocks only when both frames in flight are still busy.
     ///
     /// # Errors
@@ -235,6 +260,7 @@ impl Executor {
 
     fn submit_frame(&mut self, frame_data: &[u8], policy: Policy<'_, '_>) -> Result<FrameTicket> {
         let slot = self.take_slot()?;
+        self.kept_is_there = false;
         let submitted = Instant::now();
         let ran = if self.split_submits && !matches!(policy, Policy::Batched { shown: Some(_), .. }) {
             self.run(slot, frame_data, Policy::PassByPass { visit: &mut |_| Ok(()) })

@@ -75,6 +75,7 @@ impl Executor {
     /// When the device is lost.
     pub fn begin_paced(&mut self, frame_data: &[u8], first_round: u32) -> Result<PacedFrame> {
         let slot = self.take_slot()?;
+        self.begin_kept();
         self.slots[slot].stamp.set((self.timeline.last() + 1) as u32);
         let count = self.frame.passes.len();
         Ok(PacedFrame {
@@ -164,6 +165,7 @@ impl Executor {
                     let begins = if frame.begins() { Begins::Yes } else { Begins::No };
                     recorder::record_repetitions(&self.frame, commands, index, part, begins);
                 }
+                _ if self.is_skipped(index) => recorder::record_kept(&self.frame, commands, index),
                 (Some(part), _) => recorder::record_rows(&self.frame, commands, index, part),
                 (None, _) => recorder::record_pass(&self.frame, commands, index, &frame.frame_data),
             }
@@ -177,6 +179,9 @@ impl Executor {
     fn whole_passes(&self, first: usize, longest_ms: f64) -> Range<usize> {
         let mut sum_ms = 0.0;
         let fits = |index: &usize| {
+            if self.is_skipped(*index) {
+                return true;
+            }
             sum_ms += self.last_ms.get(*index).copied().unwrap_or(f64::INFINITY);
             sum_ms <= longest_ms && !self.goes_in_pieces(*index, longest_ms)
         };
@@ -193,6 +198,9 @@ impl Executor {
     }
 
     fn goes_in_pieces(&self, index: usize, longest_ms: f64) -> bool {
+        if self.is_skipped(index) {
+            return false;
+        }
         let is_long = |rows: u32| match (self.last_ms.get(index), &self.frame.graph.passes()[index].payload) {
             (Some(ms), _) => *ms > longest_ms,
             (None, Work::Compute(work)) => rows * work.row_groups() >= MANY_GROUPS,
@@ -260,6 +268,7 @@ impl Executor {
     fn finish_paced(&mut self, frame: &mut PacedFrame) -> Result<SteppedFrame> {
         self.note_times(&frame.pass_ms);
         self.leave_slot(frame.slot);
+        self.kept_is_there = true;
         let times = FrameResult {
             pass_ms: std::mem::take(&mut frame.pass_ms),
             cpu_ms: frame.begun.elapsed().as_secs_f64() * 1e3,
@@ -270,10 +279,15 @@ impl Executor {
         Ok(SteppedFrame { times, rounds_done: frame.rounds_done, rounds: frame.rounds })
     }
 
-    /// Times of the first passes, for the next frame; of the others they stay.
+    /// Times of the first passes, for the next frame; of the others, and of those that were not run again, they stay.
     fn note_times(&mut self, pass_ms: &[f64]) {
-        let known = pass_ms.len().min(self.last_ms.len());
-        self.last_ms.splice(..known, pass_ms.iter().copied());
+        for (index, ms) in pass_ms.iter().enumerate() {
+            if index == self.last_ms.len() {
+                self.last_ms.push(*ms);
+            } else if !self.is_skipped(index) {
+                self.last_ms[index] = *ms;
+            }
+        }
     }
 }
 

@@ -72,6 +72,7 @@ impl PanelPainter {
         for id in self.retired.drain(..) {
             self.renderer.free_texture(id).map_err(|error| explain(&error))?;
         }
+        let _queue = self.gpu.lock_queue();
         for (id, deltas) in &textures.set {
             for delta in deltas {
                 let set = self.renderer.set_texture(self.gpu.queue, self.command_pool, *id, delta);

@@ -231,6 +231,7 @@ fn vertex_input(
         attribute(0, vk::Format::R32G32B32_SFLOAT, std::mem::offset_of!(Vertex, position_ws)),
         attribute(1, vk::Format::R32_UINT, std::mem::offset_of!(Vertex, normal_oct)),
         attribute(2, vk::Format::R32G32_SFLOAT, std::mem::offset_of!(Vertex, uv)),
+        attribute(3, vk::Format::R16G16B16A16_UNORM, std::mem::offset_of!(Vertex, color)),
     ];
     (vec![binding], attributes)
 }

@@ -4,6 +4,7 @@ use std::ffi::CString;
 use std::ops::Range;
 
 use ash::vk;
+use glam::Mat4;
 
 use super::compiled::{CompiledFrame, CompiledPass};
 use super::physical::{Physical, image_levels};
@@ -12,6 +13,8 @@ use super::target::WindowTarget;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;
 use crate::graph::{Barrier, Handle, ImageHandle, ImageLevel, MemoryBarrier, PlannedPass};
+use crate::scene::chunks::in_sight;
+use crate::shared::FrameData;
 
 /// Bytes that one command may write to a buffer.
 const UPDATE_BYTES: usize = 65_536;
@@ -28,7 +31,7 @@ pub(super) fn record_pass(frame: &CompiledFrame, commands: vk::CommandBuffer, in
     let compiled = &frame.passes[index];
     match &pass.payload {
         Work::Compute(work) => compute(frame, commands, compiled, work, (&work.push, None)),
-        Work::Raster(work) => raster(frame, commands, compiled, work),
+        Work::Raster(work) => raster(frame, commands, compiled, work, frame_data),
         Work::Transfer(ops) => ops.iter().for_each(|op| transfer(frame, commands, op, frame_data)),
         Work::BuildStructure { level, scratch } => {
             let scratch = frame.resources.buffer(*scratch).0;
@@ -88,6 +91,12 @@ pub(super) fn record_rows(frame: &CompiledFrame, commands: vk::CommandBuffer, in
     if is_last {
         release_after(frame, commands, index);
     }
+}
+
+/// Records what is around the work of a pass whose results are there already.
+pub(super) fn record_kept(frame: &CompiledFrame, commands: vk::CommandBuffer, index: usize) {
+    batch(frame, commands, &frame.plan.passes[index]);
+    release_after(frame, commands, index);
 }
 
 /// Records what is around the work of passes from `first` on, and not the work: what they leave behind has then all the
@@ -256,7 +265,13 @@ fn push(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline,
     }
 }
 
-fn raster(frame: &CompiledFrame, commands: vk::CommandBuffer, compiled: &CompiledPass, work: &RasterWork) {
+fn raster(
+    frame: &CompiledFrame,
+    commands: vk::CommandBuffer,
+    compiled: &CompiledPass,
+    work: &RasterWork,
+    frame_data: &[u8],
+) {
     let attachment = |target: ImageLevel, layout, clear: Option<vk::ClearValue>, store| {
         vk::RenderingAttachmentInfo::default()
             .image_view(frame.resources.view(target.image, Some(target.level)))
@@ -297,7 +312,7 @@ fn raster(frame: &CompiledFrame, commands: vk::CommandBuffer, compiled: &Compile
         bind(frame, commands, compiled, pipeline, vk::PipelineBindPoint::GRAPHICS, work.uses_scene);
         push(frame, commands, pipeline, &draw.push);
         set_viewport(frame, commands, in_window.unwrap_or(draw.viewport));
-        record_draw(frame, commands, pipeline, draw);
+        record_draw(frame, commands, pipeline, draw, frame_data);
     }
     // SAFETY: ends the scope begun above.
     unsafe { frame.gpu.device.cmd_end_rendering(commands) };
@@ -326,7 +341,13 @@ fn set_viewport(frame: &CompiledFrame, commands: vk::CommandBuffer, v: Viewport)
     }
 }
 
-fn record_draw(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline, draw: &RasterDraw) {
+fn record_draw(
+    frame: &CompiledFrame,
+    commands: vk::CommandBuffer,
+    pipeline: &Pipeline,
+    draw: &RasterDraw,
+    frame_data: &[u8],
+) {
     let device = &frame.gpu.device;
     // SAFETY: pipeline, sets and dynamic state are bound; indirect buffers are declared in the graph.
     unsafe {
@@ -337,27 +358,32 @@ fn record_draw(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pi
             DrawCall::Indirect { buffer, offset_bytes } => {
                 device.cmd_draw_indirect(commands, frame.resources.buffer(buffer).0, offset_bytes, 1, 16);
             }
-            DrawCall::Scene => draw_scene(frame, commands, pipeline),
+            DrawCall::Scene => draw_scene(frame, commands, pipeline, frame_data),
         }
     }
 }
 
-/// Draws every material's triangles with its textures bound.
+/// Draws what of every material's triangles may be in sight of the frame's camera, with its textures bound.
 ///
 /// # Safety
 /// Pipeline, sets 0 and 1 and dynamic state must be bound, inside a rendering scope.
-unsafe fn draw_scene(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline) {
+unsafe fn draw_scene(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline, frame_data: &[u8]) {
     let Some(scene) = frame.scene() else { return };
+    let Ok(data) = bytemuck::try_pod_read_unaligned::<FrameData>(frame_data) else { return };
     let device = &frame.gpu.device;
+    let mut bound = None;
     // SAFETY: buffers are alive; the vertex layout is the pipeline's; sets fit its layout.
     unsafe {
         device.cmd_bind_vertex_buffers(commands, 0, &[scene.vertices.raw], &[0]);
         device.cmd_bind_index_buffer(commands, scene.indices.raw, 0, vk::IndexType::UINT32);
-        for draw in &scene.draws {
-            let set = [scene.materials.sets[draw.material as usize]];
-            let point = vk::PipelineBindPoint::GRAPHICS;
-            device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 2, &set, &[]);
-            push(frame, commands, pipeline, &[draw.material]);
+        for draw in in_sight(&scene.chunks, &Mat4::from_cols_array_2d(&data.clip_from_world)) {
+            if bound != Some(draw.material) {
+                let set = [scene.materials.sets[draw.material as usize]];
+                let point = vk::PipelineBindPoint::GRAPHICS;
+                device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 2, &set, &[]);
+                push(frame, commands, pipeline, &[draw.material]);
+                bound = Some(draw.material);
+            }
             device.cmd_draw_indexed(commands, draw.index_count, 1, draw.first_index, 0, 0);
         }
     }

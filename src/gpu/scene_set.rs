@@ -1,6 +1,7 @@
 //! The scene on the GPU: descriptor set 1 for shaders that trace rays or read lights, descriptor set 2 per
 //! material for the G-buffer.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ash::vk;
@@ -13,20 +14,23 @@ use super::device::Device;
 use super::environment::EnvironmentParts;
 use super::image::Image;
 use super::physical::Physical;
-use super::transfer::{Subresource, storage_buffer, upload_image};
+use super::transfer::{Subresource, storage_buffer, upload_buffer, upload_image};
 use super::word_image::WordImage;
 use super::work::StructureLevel;
 use crate::environment::upload::PreparedEnvironment;
 use crate::error::{Error, Result};
 use crate::graph::ImageInfo;
-use crate::scene::Draw;
+use crate::scene::chunks::Chunk;
 use crate::scene::query_geometry::QueryGeometry;
+use crate::scene::sampling::{Filter, Sampling, Wrap};
 use crate::scene::upload::MipChain;
 
 /// Everything uploaded, as plain bytes and texels.
 pub struct SceneData<'a> {
     /// BVH nodes.
     pub nodes: &'a [u8],
+    /// Bytes of nodes that there is to be room for, where the tree may be built anew.
+    pub node_capacity_bytes: usize,
     /// BVH triangles in leaf order.
     pub triangles: &'a [u8],
     /// Scene vertices.
@@ -47,10 +51,10 @@ pub struct SceneData<'a> {
     pub albedo_layers: &'a [Vec<u8>],
     /// Textures at full resolution; sRGB or linear.
     pub textures: &'a [(bool, MipChain)],
-    /// Per material: base-colour and normal texture.
-    pub material_textures: &'a [(Option<u32>, Option<u32>)],
-    /// Draws of the G-buffer.
-    pub draws: &'a [Draw],
+    /// Per material: base-colour and normal texture, and how they are read.
+    pub material_textures: &'a [[(Option<u32>, Sampling); 2]],
+    /// Draws of the G-buffer, in short runs.
+    pub chunks: Vec<Chunk>,
 }
 
 /// A part of the scene that frames have as an imported resource.
@@ -120,7 +124,7 @@ pub struct SceneSet {
     pub(super) materials: Sets,
     pub(super) vertices: Buffer,
     pub(super) indices: Buffer,
-    pub(super) draws: Vec<Draw>,
+    pub(super) chunks: Vec<Chunk>,
     /// Materials, lights.
     pub(super) buffers: [Buffer; 2],
     /// BVH triangles.
@@ -129,7 +133,7 @@ pub struct SceneSet {
     environment: EnvironmentParts,
     query: Option<(Acceleration, Buffer)>,
     _images: Vec<Image>,
-    _samplers: [Sampler; 2],
+    _samplers: Vec<Sampler>,
 }
 
 struct Sampler {
@@ -145,18 +149,33 @@ impl Drop for Sampler {
 }
 
 impl Sampler {
-    /// Trilinear and repeating. Anisotropy only where derivatives exist: with an explicit level of detail
-    /// lavapipe 22.3 takes 10 ms for one anisotropic sample.
-    fn new(gpu: &Arc<Device>, anisotropy: bool) -> Result<Self> {
+    /// Anisotropy only where derivatives exist: with an explicit level of detail lavapipe 22.3 takes 10 ms for one
+    /// anisotropic sample.
+    fn new(gpu: &Arc<Device>, sampling: Sampling, anisotropy: bool) -> Result<Self> {
+        let filter = |filter: Filter| match filter {
+            Filter::Linear => vk::Filter::LINEAR,
+            Filter::Nearest => vk::Filter::NEAREST,
+        };
+        let mips = match sampling.mips {
+            Some(Filter::Linear) => vk::SamplerMipmapMode::LINEAR,
+            _ => vk::SamplerMipmapMode::NEAREST,
+        };
+        let [u, v] = sampling.wrap.map(|wrap| match wrap {
+            Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
+            Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
+            Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+        });
+        let smooth = (sampling.magnify, sampling.minify) == (Filter::Linear, Filter::Linear);
         let info = vk::SamplerCreateInfo::default()
-            .mag_filter(vk::Filter::LINEAR)
-            .min_filter(vk::Filter::LINEAR)
-            .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
-            .address_mode_u(vk::SamplerAddressMode::REPEAT)
-            .address_mode_v(vk::SamplerAddressMode::REPEAT)
-            .anisotropy_enable(anisotropy)
+            .mag_filter(filter(sampling.magnify))
+            .min_filter(filter(sampling.minify))
+            .mipmap_mode(mips)
+            .address_mode_u(u)
+            .address_mode_v(v)
+            .anisotropy_enable(anisotropy && smooth && sampling.mips.is_some())
             .max_anisotropy(8.0)
-            .max_lod(vk::LOD_CLAMP_NONE);
+            // A quarter is what Vulkan has for samplers without mips: still more than 0 where texels get smaller.
+            .max_lod(if sampling.mips.is_some() { vk::LOD_CLAMP_NONE } else { 0.25 });
         // SAFETY: anisotropy is only enabled where the feature is.
         let raw = check("the texture sampler", unsafe { gpu.device.create_sampler(&info, None) })?;
         Ok(Self { raw, gpu: Arc::clone(gpu) })
@@ -198,6 +217,25 @@ impl SceneSet {
         }
     }
 
+    /// Replaces the contents of a part between frames; waits. They fit into what was there before, and nobody needs the rest.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when they do not fit, or the part is one that stays; when the device is lost.
+    pub fn replace(&self, gpu: &Arc<Device>, part: ScenePart, bytes: &[u8]) -> Result<()> {
+        let buffer = match part {
+            ScenePart::Nodes => return self.nodes.replace(gpu, bytes),
+            ScenePart::Triangles => return self.triangles.replace(gpu, bytes),
+            ScenePart::Vertices => &self.vertices,
+            ScenePart::Lights => &self.buffers[1],
+            _ => return Err(Error::Failure(format!("{} are not replaced between frames", part.name()))),
+        };
+        if bytes.len() as u64 > buffer.size_bytes {
+            let (name, room) = (part.name(), buffer.size_bytes);
+            return Err(Error::Failure(format!("{} bytes do not fit {name}, which have {room}", bytes.len())));
+        }
+        upload_buffer(gpu, buffer, bytes)
+    }
+
     /// Uploads a scene.
     ///
     /// # Errors
@@ -210,14 +248,17 @@ impl SceneSet {
         let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
         let materials = storage_buffer(gpu, "materials", data.materials, storage)?;
         let lights = storage_buffer(gpu, "scene lights", data.lights, storage)?;
-        let nodes = WordImage::new(gpu, "BVH nodes", data.nodes)?;
-        let triangles = WordImage::new(gpu, "BVH triangles", data.triangles)?;
+        let nodes = WordImage::new(gpu, "BVH nodes", data.nodes, data.node_capacity_bytes)?;
+        let triangles = WordImage::new(gpu, "BVH triangles", data.triangles, 0)?;
         let environment = EnvironmentParts::new(gpu, data.environment)?;
-        let sampler = Sampler::new(gpu, gpu.features().anisotropy)?;
-        let plain_sampler = Sampler::new(gpu, false)?;
+        let samplings: BTreeSet<Sampling> = data.material_textures.iter().flatten().map(|(_, s)| *s).collect();
+        let mut samplers = BTreeMap::new();
+        for sampling in samplings {
+            samplers.insert(sampling, Sampler::new(gpu, sampling, gpu.features().anisotropy)?);
+        }
+        let plain_sampler = Sampler::new(gpu, Sampling::default(), false)?;
         let images = upload_textures(gpu, data)?;
         let bound = |b: &Buffer| Bound::Storage { buffer: b.raw, size_bytes: b.size_bytes };
-        let texture = |i: &Image| Bound::Texture { view: i.view, sampler: sampler.raw };
         let mut contents = vec![
             (0, nodes.bound()),
             (1, triangles.bound()),
@@ -241,10 +282,13 @@ impl SceneSet {
         let per_material: Vec<_> = data
             .material_textures
             .iter()
-            .map(|(color, normal)| {
+            .map(|textures| {
                 // Image 0 is the albedo array, 1 plain white, textures follow.
-                let image = |t: &Option<u32>| &images[t.map_or(1, |t| t as usize + 2)];
-                vec![(0, texture(image(color))), (1, texture(image(normal)))]
+                let texture = |(texture, sampling): &(Option<u32>, Sampling)| Bound::Texture {
+                    view: images[texture.map_or(1, |t| t as usize + 2)].view,
+                    sampler: samplers[sampling].raw,
+                };
+                vec![(0, texture(&textures[0])), (1, texture(&textures[1]))]
             })
             .collect();
         let material_sets = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
@@ -253,14 +297,14 @@ impl SceneSet {
             materials: material_sets,
             vertices,
             indices,
-            draws: data.draws.to_vec(),
+            chunks: data.chunks.clone(),
             buffers: [materials, lights],
             triangles,
             nodes,
             environment,
             query,
             _images: images,
-            _samplers: [sampler, plain_sampler],
+            _samplers: samplers.into_values().chain([plain_sampler]).collect(),
         })
     }
 }

@@ -177,7 +177,8 @@ impl Swapchain {
         let (waits, swapchains, indices) = ([target.drawn], [self.raw], [target.index]);
         let info =
             vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&swapchains).image_indices(&indices);
-        // SAFETY: the frame that signals the semaphore is submitted and leaves the image in the layout to present.
+        let _queue = self.gpu.lock_queue();
+        // SAFETY: nobody else uses the queue meanwhile; the frame that signals the semaphore is submitted and leaves the image in the layout to present.
         match unsafe { self.functions.queue_present(self.gpu.queue, &info) } {
             Ok(false) => Ok(Presented::Shown),
             Ok(true) | Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Presented::Stale),

@@ -49,7 +49,8 @@ impl Timeline {
             .wait_semaphore_infos(waits)
             .command_buffer_infos(&commands)
             .signal_semaphore_infos(&signals)];
-        // SAFETY: the command buffer is recorded and not in use; the queue is used from this thread only.
+        let _queue = self.gpu.lock_queue();
+        // SAFETY: the command buffer is recorded and not in use; nobody else uses the queue meanwhile.
         let result = unsafe { self.gpu.device.queue_submit2(self.gpu.queue, &info, vk::Fence::null()) };
         check("vkQueueSubmit2", result)?;
         self.last.set(number);

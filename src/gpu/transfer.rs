@@ -40,7 +40,8 @@ pub(super) fn submit_once(gpu: &Arc<Device>, record: impl FnOnce(vk::CommandBuff
 fn submit_from(gpu: &Arc<Device>, pool: vk::CommandPool, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
     let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
     let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-    // SAFETY: the pool and queue belong to this device and this thread; the wait keeps everything alive.
+    // SAFETY: the pool belongs to this device and this thread, and nobody else uses the queue meanwhile; the wait keeps
+    // everything alive.
     unsafe {
         let commands = check("a command buffer", gpu.device.allocate_command_buffers(&info))?[0];
         check("vkBeginCommandBuffer", gpu.device.begin_command_buffer(commands, &begin))?;
@@ -48,6 +49,7 @@ fn submit_from(gpu: &Arc<Device>, pool: vk::CommandPool, record: impl FnOnce(vk:
         check("vkEndCommandBuffer", gpu.device.end_command_buffer(commands))?;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        let _queue = gpu.lock_queue();
         check("vkQueueSubmit2", gpu.device.queue_submit2(gpu.queue, &submit, vk::Fence::null()))?;
         check("vkQueueWaitIdle", gpu.device.queue_wait_idle(gpu.queue))
     }
@@ -102,6 +104,8 @@ pub(super) fn upload_raw(gpu: &Arc<Device>, target: vk::Buffer, bytes: &[u8]) ->
         let region =
             [vk::BufferCopy { src_offset: 0, dst_offset: (index * STAGING_BYTES) as u64, size: chunk.len() as u64 }];
         submit_once(gpu, |commands| {
+            // Frames before this one may have read what is replaced.
+            full_barrier(gpu, commands);
             // SAFETY: both buffers are alive and large enough.
             unsafe { gpu.device.cmd_copy_buffer(commands, staging.raw, target, &region) };
             full_barrier(gpu, commands);
@@ -157,7 +161,7 @@ pub(super) fn upload_image(gpu: &Arc<Device>, image: &Image, parts: &[Subresourc
     upload_raw_image(gpu, image.raw, parts, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)
 }
 
-/// Fills an image that is a transfer destination, without contents so far, and leaves it in this layout.
+/// Fills an image that is a transfer destination, whatever it holds, and leaves it in this layout.
 pub(super) fn upload_raw_image(
     gpu: &Arc<Device>,
     image: vk::Image,

@@ -26,22 +26,36 @@ pub(super) struct WordImage {
 }
 
 impl WordImage {
-    /// Uploads `bytes`, a multiple of 16.
+    /// Uploads `bytes`, a multiple of 16, into an image with room for `capacity_bytes`.
     ///
     /// # Errors
     /// [`Error::Failure`] when they take more rows than the device's images have; [`Error::Memory`].
-    pub fn new(gpu: &Arc<Device>, name: &str, bytes: &[u8]) -> Result<Self> {
+    pub fn new(gpu: &Arc<Device>, name: &str, bytes: &[u8], capacity_bytes: usize) -> Result<Self> {
         let most = gpu.report().limits.image_rows;
-        let rows = rows(name, bytes.len(), most)?;
+        let rows = rows(name, bytes.len().max(capacity_bytes), most)?;
         // Read back for dumps, and written by passes; every device can store this format.
         let usage = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::STORAGE;
         let info = ImageInfo::new(FORMAT, WORD_ROW_TEXELS, rows);
         let image = Image::texture(gpu, name, &info, usage)?;
+        let words = Self { image, info, size_bytes: bytes.len() };
+        words.replace(gpu, bytes)?;
+        Ok(words)
+    }
+
+    /// Uploads other bytes that fit; waits.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when they do not fit; when the device is lost.
+    pub fn replace(&self, gpu: &Arc<Device>, bytes: &[u8]) -> Result<()> {
+        let [width_px, height_px, _] = self.info.level_size_px(0);
+        let room = width_px as usize * height_px as usize * TEXEL_BYTES;
+        if bytes.len() > room {
+            return Err(Error::Failure(format!("{} bytes do not fit an image of {room}", bytes.len())));
+        }
         let mut texels = bytes.to_vec();
-        texels.resize(rows as usize * WORD_ROW_TEXELS as usize * TEXEL_BYTES, 0);
-        let all = Subresource { mip: 0, layer: 0, width_px: WORD_ROW_TEXELS, height_px: rows, texels: &texels };
-        upload_image(gpu, &image, &[all])?;
-        Ok(Self { image, info, size_bytes: bytes.len() })
+        texels.resize(room, 0);
+        let all = Subresource { mip: 0, layer: 0, width_px, height_px, texels: &texels };
+        upload_image(gpu, &self.image, &[all])
     }
 
     pub fn bound(&self) -> Bound {
@@ -53,7 +67,7 @@ impl WordImage {
         Physical::Image { raw: self.image.raw, view: self.image.view, info: self.info }
     }
 
-    /// The bytes as uploaded; waits.
+    /// As many bytes as were uploaded first; waits.
     pub fn read_back(&self, gpu: &Arc<Device>) -> Result<Vec<u8>> {
         let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         let mut bytes = download_image(gpu, self.image.raw, &self.info, 0, layout)?;

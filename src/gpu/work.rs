@@ -248,7 +248,8 @@ pub enum DrawCall {
         /// Where in the buffer.
         offset_bytes: u64,
     },
-    /// Every draw of the scene with its material's textures in descriptor set 2.
+    /// What of the scene may be in sight of the [`FrameData`](crate::shared::FrameData) that the frame is given, with each
+    /// material's textures in descriptor set 2.
     Scene,
 }
 

@@ -74,6 +74,8 @@ pub struct Pass<P> {
     pub uses: Vec<Use>,
     /// Whether the pass is recorded several times in a row, each time after the writes of the time before.
     pub repeats: bool,
+    /// Whether a later frame may use its results again instead of running it: [`Graph::keep_from`].
+    pub is_kept: bool,
     /// How to record the pass; opaque to the plan.
     pub payload: P,
 }
@@ -81,7 +83,7 @@ pub struct Pass<P> {
 impl<P> Pass<P> {
     /// A pass that uses nothing yet.
     pub fn new(name: impl Into<String>, payload: P) -> Self {
-        Self { name: name.into(), uses: Vec::new(), repeats: false, payload }
+        Self { name: name.into(), uses: Vec::new(), repeats: false, is_kept: false, payload }
     }
 
     /// The same pass recorded several times in a row; the plan says what must stand in between.
@@ -265,6 +267,43 @@ impl<P> Graph<P> {
             }
             self.passes.extend(one);
             self.passes.extend(other);
+        }
+    }
+
+    /// Passes from `first` on make what later frames may use again.
+    pub fn keep_from(&mut self, first: usize) {
+        self.passes[first..].iter_mut().for_each(|pass| pass.is_kept = true);
+    }
+
+    /// Call it when all passes are there: what kept passes have written and others read outlives the frame. Where others write it
+    /// later on, so that it would not be the same again, nothing is kept; what they have written before, such as a counter that
+    /// every frame begins anew, is theirs.
+    pub fn keep_results(&mut self) {
+        let mut kept = vec![false; self.resources.len()];
+        let mut theirs = vec![false; self.resources.len()];
+        let mut is_read = vec![false; self.resources.len()];
+        let mut is_spoilt = false;
+        for pass in &self.passes {
+            for Use { resource: Handle(index), access, .. } in &pass.uses {
+                match (pass.is_kept, access.is_write()) {
+                    (true, true) => kept[*index] |= !theirs[*index],
+                    (true, false) => {}
+                    (false, is_write) => {
+                        is_spoilt |= is_write && kept[*index];
+                        theirs[*index] |= is_write;
+                        is_read[*index] = true;
+                    }
+                }
+            }
+        }
+        if is_spoilt {
+            self.passes.iter_mut().for_each(|pass| pass.is_kept = false);
+            return;
+        }
+        for (index, resource) in self.resources.iter_mut().enumerate() {
+            if kept[index] && is_read[index] && resource.lifetime == Lifetime::Transient {
+                resource.lifetime = Lifetime::Persistent;
+            }
         }
     }
 

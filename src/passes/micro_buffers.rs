@@ -152,11 +152,11 @@ pub fn add(
         MicroFill::Rays => {
             let texels = *seen_texels.insert(declare_seen_texels(frame, points, kept.as_ref()));
             let work = frame.ray_shader(&format!("micro_buffers/trace_texels{suffix}"), primaries.per_point());
-            frame
-                .compute("micro_buffers/trace_texels", work)
-                .bind("triangle_cells", points.triangle_cells, Access::ComputeRead)
-                .bind("leaf_cells", points.leaf_cells, Access::ComputeRead)
-                .bind("seen_texels", texels, Access::ComputeReadWrite)
+            frame.compute("micro_buffers/trace_texels", work).with(|pass| points.hit_by(pass)).bind(
+                "seen_texels",
+                texels,
+                Access::ComputeReadWrite,
+            )
         }
         MicroFill::Points => {
             let work = shader(&format!("micro_buffers/splat_points{suffix}"), primaries.per_point());

@@ -31,6 +31,7 @@ pub mod micro_buffers;
 pub mod path_trace;
 pub mod pbgi_reference;
 pub mod pbgi_shape;
+pub mod point_bounces;
 pub mod point_cut;
 pub mod point_light;
 pub mod point_propagation;
@@ -76,6 +77,8 @@ pub struct FrameShape {
     pub view: View,
     /// Say everything about one pixel ([`inspect`]).
     pub inspect: bool,
+    /// Frames may use the lights of the frame before again, and what is built over them ([`Frame::kept`]).
+    pub keeps_lights: bool,
 }
 
 /// How direct light of the environment is sampled.
@@ -103,6 +106,7 @@ impl FrameShape {
             rays: settings.tracing.rays,
             view: settings.render.view,
             inspect: settings.output.inspect.is_some(),
+            keeps_lights: false,
         }
     }
 }
@@ -169,6 +173,21 @@ impl Frame {
         let added_second = add_second(self);
         self.graph.lay_side_by_side(first, second);
         (added_first, added_second)
+    }
+
+    /// Adds passes that need not run again in frames for which everything is the same that they read: of the frame's constants
+    /// neither camera nor shadow samples. Their buffers are cleared when they run.
+    pub fn kept<R>(&mut self, add: impl FnOnce(&mut Self) -> R) -> R {
+        if !self.shape.keeps_lights {
+            return add(self);
+        }
+        let first = self.graph.passes().len();
+        let own = self.graph.add_pass(Pass::new("frame_setup/lights", Work::Transfer(Vec::new())));
+        let setup = std::mem::replace(&mut self.setup, own);
+        let added = add(self);
+        self.setup = setup;
+        self.graph.keep_from(first);
+        added
     }
 
     /// Adds a pass that fills buffers with a word each.

@@ -25,7 +25,7 @@ pub struct KeyList {
     /// Keys that have room.
     pub capacity: u32,
     /// Which list it is, one of `POINT_LIST_*`.
-    list: u32,
+    pub list: u32,
     dispatches: BufferHandle,
 }
 

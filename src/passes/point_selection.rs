@@ -100,6 +100,38 @@ fn climb_arrivals(frame: &mut Frame, points: &Points, cut: &PointCut, seen: Buff
     frame.graph.add_pass(pass);
 }
 
+/// Which sides have light, those with them that no primary point sees.
+#[derive(Clone, Copy, Debug)]
+pub struct Lending {
+    /// Sides that have light before it is copied downwards.
+    pub lending: BufferHandle,
+    /// Those of them whose light is the mean of those of their children that have any.
+    pub averaged: BufferHandle,
+}
+
+/// Adds the passes that find light for what primary points do not see, from whatever lies below it.
+pub fn fill_up(frame: &mut Frame, points: &Points, cut: &PointCut, selection: &PointSelection) -> Lending {
+    let [lending, averaged] = ["lending_bits", "averaged_bits"].map(|name| points.side_bits(frame, name));
+    let last_word = points.levels().last();
+    for [first_word, word_count] in points.levels().rev() {
+        let is_leaf_level = last_word == Some([first_word, word_count]);
+        let push = vec![first_word, word_count, is_leaf_level.into()];
+        let work = ComputeWork { push, ..shader("point_selection/fill_up", threads(word_count)) };
+        let pass = frame
+            .compute(&format!("point_selection/fill_up/{first_word}"), work)
+            .bind("turned_bits", points.turned, Access::ComputeRead)
+            .bind("under_bits", selection.under, Access::ComputeRead)
+            .bind("primary_bits", cut.bits, Access::ComputeRead)
+            .bind("derived_bits", selection.derived, Access::ComputeRead)
+            .bind("needed_bits", selection.needed, Access::ComputeRead)
+            .bind("borrowed_bits", selection.borrowed, Access::ComputeRead)
+            .bind("lending_bits", lending, Access::ComputeReadWrite)
+            .bind("averaged_bits", averaged, Access::ComputeWrite);
+        frame.graph.add_pass(pass);
+    }
+    Lending { lending, averaged }
+}
+
 /// Adds the passes that find what lies under primary points, and then what borrows light.
 fn spread_down(
     frame: &mut Frame,

@@ -3,7 +3,8 @@
 use ash::vk;
 
 use super::Frame;
-use crate::graph::{BufferHandle, ImageHandle, ImageInfo};
+use crate::gpu::Work;
+use crate::graph::{Access, BufferHandle, ImageHandle, ImageInfo, Pass};
 use crate::points::PointCloud;
 use crate::shared::WORD_ROW_TEXELS;
 
@@ -69,6 +70,16 @@ impl Points {
     #[must_use]
     pub fn side_words(&self) -> u32 {
         2 * self.node_count() / 32
+    }
+
+    /// A compute pass that finds the leaves that rays have hit.
+    #[must_use]
+    pub fn hit_by(&self, pass: Pass<Work>) -> Pass<Work> {
+        pass.bind("triangle_cells", self.triangle_cells, Access::ComputeRead).bind(
+            "leaf_cells",
+            self.leaf_cells,
+            Access::ComputeRead,
+        )
     }
 
     /// Declares a set of sides.

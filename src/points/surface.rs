@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::scene::albedo_array::{mip_chains, sample_bilinear};
+use crate::scene::albedo_array::{mip_chains, sample_texture};
 use crate::scene::upload::MipChain;
 use crate::scene::{Scene, Texture};
 
@@ -18,6 +18,7 @@ pub(super) struct Surface<'a> {
 pub(super) struct Triangle {
     corners: [Vec3; 3],
     uvs: [Vec2; 3],
+    colors: [Vec4; 3],
     material: usize,
 }
 
@@ -49,6 +50,7 @@ impl<'a> Surface<'a> {
         Triangle {
             corners: vertices.map(|vertex| vertex.position_ws.into()),
             uvs: vertices.map(|vertex| vertex.uv.into()),
+            colors: vertices.map(|vertex| vertex.color_factor()),
             material: self.scene.triangle_materials[index] as usize,
         }
     }
@@ -67,7 +69,8 @@ impl<'a> Surface<'a> {
 
     fn base_color(&self, triangle: &Triangle, barycentrics: Vec2, disc_area: f32) -> Vec4 {
         let material = &self.scene.materials[triangle.material];
-        let factor = Vec4::from(material.base_color);
+        let vertex_color = if material.has_vertex_colors { at(triangle.colors, barycentrics) } else { Vec4::ONE };
+        let factor = Vec4::from(material.base_color) * vertex_color;
         let mips = material.base_color_texture.and_then(|index| self.mips.get(index as usize)?.as_ref());
         let Some(mips) = mips else { return factor };
         let [a, b, c] = triangle.uvs;
@@ -76,7 +79,7 @@ impl<'a> Surface<'a> {
         // As many texels of the first level as lie in the disc make one of the level that is wanted.
         let texels_in_disc = texels * disc_area / triangle.area() as f32;
         let level = (0.5 * texels_in_disc.log2()).round().clamp(0.0, (mips.len() - 1) as f32);
-        factor * sample_bilinear(&mips[level as usize], at(triangle.uvs, barycentrics))
+        factor * sample_texture(&mips[level as usize], at(triangle.uvs, barycentrics), material.base_color_sampling)
     }
 }
 

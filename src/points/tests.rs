@@ -264,6 +264,7 @@ fn triangles_without_leaves_name_one_that_faces_their_way() {
             position_ws,
             normal_oct,
             uv: [0.0; 2],
+            color: crate::scene::Vertex::WHITE,
         }));
         scene.indices.extend([vertex, vertex + 1, vertex + 2]);
         scene.triangle_materials.push(0);

@@ -5,7 +5,7 @@ use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
 use super::shape::{checked_shapes, shapes};
-use super::{Renderer, frame_data};
+use super::{Renderer, constants_of_lights, frame_data};
 use crate::error::Result;
 use crate::frame::FrameOutputs;
 use crate::gpu::{FrameResult, PacedFrame, SharedImage, SteppedFrame};
@@ -14,7 +14,7 @@ use crate::job::Job;
 use crate::passes::present::{SHOWN_FORMAT, SHOWN_PICTURE};
 use crate::settings::Settings;
 use crate::shared::{InspectedPixel, PunctualLight};
-use crate::techniques::{self, Count, Technique, TechniqueShape};
+use crate::techniques::{self, Count, TechniqueShape};
 
 /// What a frame has behind its picture for a window.
 pub(super) struct Live {
@@ -50,29 +50,18 @@ impl FrameFeedback {
 }
 
 impl Renderer {
-    /// A frame for a window, which may tell everything about one pixel. What `before` measured of the same scene is used
-    /// again where the settings leave it as it was; `measured_with` are the settings that it was measured with.
+    /// A frame for a window, which may tell everything about one pixel. `known` was measured for its settings, or for others
+    /// that [`holds_for`] them.
     ///
     /// # Errors
     /// Those of [`Renderer::new`].
-    pub fn for_window(job: &Job<'_>, inspect: bool, before: Option<(&Self, &Settings)>) -> Result<Self> {
+    pub fn for_window(job: &Job<'_>, inspect: bool, known: Option<&dyn TechniqueShape>) -> Result<Self> {
         let technique = techniques::of(job.settings)?;
-        let known = before.filter(|(_, measured_with)| technique.keeps_measures(job.settings, measured_with));
-        let known = known.map(|(before, _)| &*before.shapes.technique);
-        let mut shapes = checked_shapes(technique, job, known.filter(|known| is_of(*known, technique)))?;
-        shapes.frame.inspect = inspect;
+        let mut shapes = checked_shapes(technique, job, known)?;
+        (shapes.frame.inspect, shapes.frame.keeps_lights) = (inspect, true);
         let size_px = [shapes.frame.width_px, shapes.frame.height_px];
         let picture = SharedImage::new(job.gpu, SHOWN_PICTURE, SHOWN_FORMAT, size_px)?;
         Self::compile(job, shapes, Some(picture))
-    }
-
-    /// Whether what it measured of the scene, with the settings `measured_with`, holds for others as well.
-    ///
-    /// # Errors
-    /// [`crate::Error::Usage`] when there is no such technique.
-    pub fn knows(&self, settings: &Settings, measured_with: &Settings) -> Result<bool> {
-        let technique = techniques::of(settings)?;
-        Ok(is_of(&*self.shapes.technique, technique) && technique.keeps_measures(settings, measured_with))
     }
 
     /// Where a frame of a window leaves its picture.
@@ -87,11 +76,11 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Usage`] when the settings do not fit the device.
     pub fn fits(&self, job: &Job<'_>, measured_with: &Settings, inspect: bool) -> Result<bool> {
-        if !self.knows(job.settings, measured_with)? {
+        if !holds_for(&*self.shapes.technique, job.settings, measured_with)? {
             return Ok(false);
         }
         let mut shapes = shapes(techniques::of(job.settings)?, job, Some(&*self.shapes.technique))?;
-        shapes.frame.inspect = inspect;
+        (shapes.frame.inspect, shapes.frame.keeps_lights) = (inspect, true);
         Ok(shapes == self.shapes)
     }
 
@@ -107,13 +96,13 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Failure`] when there are more of them than the scene has room for.
     pub fn update_lights(&mut self, lights: &[PunctualLight]) -> Result<()> {
-        self.expect_other_lights();
+        self.expect_another_scene();
         self.executor.update_lights(bytemuck::cast_slice(lights).to_vec())
     }
 
-    /// Tells the next frame that lights of the scene are others, whoever writes them.
-    pub fn expect_other_lights(&mut self) {
-        self.lights_changed = true;
+    /// Tells the next frame that lights or geometry of the scene are others, whoever writes them.
+    pub fn expect_another_scene(&mut self) {
+        self.scene_changed = true;
     }
 
     /// Which pixel the next frames tell about, when they do.
@@ -121,11 +110,19 @@ impl Renderer {
         self.data.inspected_pixel = pixel;
     }
 
-    /// Begins a frame that goes in pieces; see [`crate::gpu::Executor::begin_paced`].
+    /// The next frame makes its lights anew, whether or not it could use those of the frame before.
+    pub fn forget_lights(&mut self) {
+        self.lights_of = None;
+    }
+
+    /// Begins a frame that goes in pieces, with the lights of the one before where nothing that they follow from has changed; see [`crate::gpu::Executor::begin_paced`].
     ///
     /// # Errors
     /// When the device is lost.
     pub fn begin_paced(&mut self, first_round: u32) -> Result<PacedFrame> {
+        let lights_of = Some(constants_of_lights(&self.data));
+        self.executor.set_reuses_kept(!self.scene_changed && self.lights_of == lights_of);
+        self.lights_of = lights_of;
         self.follow_last_frame();
         self.executor.begin_paced(bytemuck::bytes_of(&self.data), first_round)
     }
@@ -179,7 +176,19 @@ pub(super) fn feedback_buffers(outputs: &FrameOutputs) -> Vec<BufferHandle> {
     buffers
 }
 
-/// Whether a shape is of this technique.
-fn is_of(shape: &dyn TechniqueShape, technique: &dyn Technique) -> bool {
-    shape.technique().name() == technique.name()
+/// What a technique measures of a scene before it can render the job's settings; takes a while.
+///
+/// # Errors
+/// Those of [`Renderer::new`].
+pub fn measure(job: &Job<'_>) -> Result<Box<dyn TechniqueShape>> {
+    Ok(checked_shapes(techniques::of(job.settings)?, job, None)?.technique)
+}
+
+/// Whether what was measured with the settings `measured_with` holds for others as well.
+///
+/// # Errors
+/// [`crate::Error::Usage`] when there is no such technique.
+pub fn holds_for(measured: &dyn TechniqueShape, settings: &Settings, measured_with: &Settings) -> Result<bool> {
+    let technique = techniques::of(settings)?;
+    Ok(measured.technique().name() == technique.name() && technique.keeps_measures(settings, measured_with))
 }

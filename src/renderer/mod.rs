@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
-pub use self::live::FrameFeedback;
 use self::live::Live;
+pub use self::live::{FrameFeedback, holds_for, measure};
 use self::shape::checked_shapes;
 pub use self::show::Show;
 use crate::camera::View;
@@ -47,8 +47,10 @@ pub struct Renderer {
     data: FrameData,
     /// The constants of the last frame submitted.
     last_data: FrameData,
-    /// Whether the next frame has other lights of the scene.
-    lights_changed: bool,
+    /// Whether the next frame has other lights or geometry of the scene.
+    scene_changed: bool,
+    /// The constants that the lights of the last frame follow from, where they may be used again.
+    lights_of: Option<Vec<u8>>,
     shapes: Shapes,
     /// What the frame has behind the picture for a window.
     live: Option<Live>,
@@ -92,7 +94,18 @@ impl Renderer {
         executor.set_max_submit_ms(f64::from(job.settings.device.max_submit_ms));
         let data = frame_data(job, &shapes);
         let (camera, seed) = (job.camera.clone(), job.settings.tracing.seed);
-        Ok(Self { executor, outputs, camera, seed, data, last_data: data, lights_changed: false, shapes, live })
+        Ok(Self {
+            executor,
+            outputs,
+            camera,
+            seed,
+            data,
+            last_data: data,
+            scene_changed: false,
+            lights_of: None,
+            shapes,
+            live,
+        })
     }
 
     /// Prepares frame `number` of a picture that is the mean of several: the seeds and sampling points that it does
@@ -138,9 +151,9 @@ impl Renderer {
         let last = if valid { self.last_data } else { self.data };
         (self.data.previous_clip_from_world, self.data.previous_eye_ws) = (last.clip_from_world, last.eye_ws);
         self.data.history_is_valid = valid.into();
-        let stands = valid && !self.lights_changed && without_view(&self.data) == without_view(&last);
+        let stands = valid && !self.scene_changed && without_view(&self.data) == without_view(&last);
         self.data.scene_stands = stands.into();
-        self.lights_changed = false;
+        self.scene_changed = false;
         self.last_data = self.data;
     }
 
@@ -295,6 +308,11 @@ fn without_view(data: &FrameData) -> Vec<u8> {
         ..*data
     };
     bytemuck::bytes_of(&rest).to_vec()
+}
+
+/// The constants that lights, and what is built over them, may follow from.
+fn constants_of_lights(data: &FrameData) -> Vec<u8> {
+    without_view(&FrameData { sampling_seed: 0, accumulated_frame: 0, ..*data })
 }
 
 /// Where frame `number` of a mean samples its pixels: offset from the centre, within half a pixel.

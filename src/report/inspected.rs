@@ -24,11 +24,11 @@ pub fn rows(pixel: &InspectedPixel) -> Vec<InspectedRow> {
         ("triangle", "Normal of the triangle", three(pixel.geometric_normal)),
         ("albedo", "Linear base colour", three(pixel.albedo)),
         ("radiance", "What the pixel shows before exposure; the values of a view", rgb(pixel.radiance)),
-        ("direct", "Part of it that comes straight from the scene's lights and the environment", rgb(pixel.direct)),
-        ("environment", "Part of the direct light that comes from the environment", rgb(pixel.environment)),
+        ("direct", "Direct light of the scene's lights and the environment", rgb(pixel.direct)),
+        ("environment", "Direct light of the environment", rgb(pixel.environment)),
         ("indirect", "Albedo times lighting times shadow ratio", three(indirect)),
         ("lighting", "Unshadowed indirect lighting for a white surface", rgb(pixel.lighting)),
-        ("shadow ratio", "Filtered S / U; 1 is no shadow", rgb(pixel.shadow_ratio)),
+        ("shadow ratio", "Filtered S / U; 1 is unshadowed", rgb(pixel.shadow_ratio)),
     ]
 }
 

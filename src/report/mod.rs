@@ -5,6 +5,7 @@ pub mod dump;
 pub mod error_report;
 pub mod inspected;
 pub mod machine;
+pub mod selftest;
 pub mod summary;
 pub mod table;
 pub mod timings;

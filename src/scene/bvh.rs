@@ -57,6 +57,7 @@ pub struct BinaryBvh {
 }
 
 /// An eight-wide compressed BVH (Ylitie et al. 2017) over all triangles of a scene.
+#[derive(Clone)]
 pub struct SceneBvh {
     /// Nodes, the root first.
     pub nodes: Vec<BvhNode>,

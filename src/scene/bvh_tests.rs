@@ -1,32 +1,7 @@
 //! Tests of the hierarchy against brute force.
 
 use super::*;
-use crate::scene::testing::{box_room, plane, scene_from_quads};
-
-/// A small generator, so that failures repeat.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
-    }
-}
-
-fn soup(count: usize, random: &mut Random) -> Scene {
-    let quads: Vec<[Vec3; 4]> = (0..count)
-        .map(|_| {
-            let (at, u, v) = (random.vector() * 5.0, random.vector() * 0.4, random.vector() * 0.4);
-            [at, at + u, at + u + v, at + v]
-        })
-        .collect();
-    let material = plane(1.0).materials.remove(0);
-    scene_from_quads("soup", &quads, material)
-}
+use crate::scene::testing::{Random, box_room, plane, scene_from_quads, soup};
 
 fn ray(origin: Vec3, direction: Vec3) -> Ray {
     Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
@@ -47,7 +22,7 @@ fn agrees_with_brute_force() {
         assert_eq!(bvh.trace_closest(&ray).map(|h| h.t), expected.map(|h| h.t));
         assert_eq!(bvh.trace_any(&ray), expected.is_some());
         hits += u32::from(expected.is_some());
-        ray.t_max = random.next() * 4.0;
+        ray.t_max = random.next_unit() * 4.0;
         let expected = brute(&ray).is_some();
         assert_eq!(bvh.trace_any(&ray), expected);
         shortened += u32::from(expected);

@@ -9,14 +9,13 @@ use glam::Vec3;
 
 use super::default_camera::default_camera;
 use super::gltf_buffers::Document;
-use super::gltf_materials::{decode_images, default_material, emits, materials};
-use super::gltf_mesh::Geometry;
+use super::gltf_mapping::Mapping;
+use super::gltf_materials::{decode_images, default_material, emits, mappings, materials};
+use super::gltf_mesh::{Geometry, is_lost};
 use super::gltf_nodes::{Found, default_sun, walk};
+use super::motion::Motion;
 use super::{Aabb, Draw, Light, LitBy, Material, Scene, Vertex};
 use crate::{Error, Result};
-
-/// Extensions a file may require. Quantised attributes are read like any others.
-const SUPPORTED_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
 
 /// Loads a scene from a file. `progress` hears a stage (`buffers`, `meshes`, `textures`), the steps done and their number.
 ///
@@ -73,23 +72,24 @@ pub fn load_bytes(name: &str, glb: &[u8], progress: &dyn Fn(&str, u64, u64)) -> 
 }
 
 fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
-    let unsupported = |e: &&String| !SUPPORTED_EXTENSIONS.contains(&e.as_str());
-    if let Some(extension) = document.root.extensions_required.iter().find(unsupported) {
-        return Err(document.error(format_args!("it requires the extension {extension}, which is not supported")));
-    }
     let mut found = walk(document)?;
-    let geometry = gather(document, &found, progress)?;
-    let (mut materials, images) = materials(document)?;
+    let mut motion = Motion::read(document, &found)?;
+    let mappings = mappings(document)?;
+    let geometry = gather(document, &found, &mappings, &mut motion, progress)?;
+    let (mut materials, images) = materials(document, &mappings)?;
     let textures = decode_images(document, &images, &mut materials, progress)?;
-    let Geometry { vertices, corners, .. } = geometry;
+    let Geometry { mut vertices, corners, has_colors, .. } = geometry;
+    motion.pose_at_rest(&mut vertices);
+    if let Some(what) = motion.find_lost(|vertex| is_lost(vertex.position_ws.into()), &vertices) {
+        return Err(document.error(format_args!("{what} has a vertex position that is not finite or too far")));
+    }
     let runs = Runs::new(corners, &mut materials);
+    // The default material is there only if something uses it.
+    materials.iter_mut().zip(has_colors).for_each(|(material, has)| material.has_vertex_colors = has);
     if runs.indices.is_empty() {
         return Err(document.error("the scene has no triangles"));
     }
-    ignore_what_moves(document);
-    if let Some(sentence) = document.ignored() {
-        log::warn!("{sentence}");
-    }
+    document.remarks().iter().for_each(|remark| log::warn!("{remark}"));
     let bounds = bounds(&vertices, &runs.indices);
     if found.cameras.is_empty() {
         log::info!("the scene has no camera: it gets one named `default`");
@@ -115,20 +115,9 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
         lit_by,
         environment: None,
         sky_sun: None,
+        motion: motion.or_nothing(),
         bounds,
     })
-}
-
-/// Notes what of the file changes with time.
-fn ignore_what_moves(document: &Document) {
-    let root = &document.root;
-    let morphs = |mesh: &::gltf::json::Mesh| mesh.primitives.iter().any(|primitive| primitive.targets.is_some());
-    let seen = [
-        (!root.animations.is_empty(), "animation"),
-        (!root.skins.is_empty(), "skins"),
-        (root.meshes.iter().any(morphs), "morph targets"),
-    ];
-    seen.iter().filter(|(seen, _)| *seen).for_each(|(_, what)| document.ignore(*what));
 }
 
 /// What of the scene's light is the file's.
@@ -142,12 +131,20 @@ fn lit_by(document: &Document, found: &Found, draws: &[Draw]) -> LitBy {
 }
 
 /// The triangles of all meshes of the scene, with a note of each kind of thing left out.
-fn gather(document: &Document, found: &Found, progress: &dyn Fn(&str, u64, u64)) -> Result<Geometry> {
-    let mut geometry = Geometry::new(document.root.materials.len());
+fn gather(
+    document: &Document,
+    found: &Found,
+    mappings: &[Mapping],
+    motion: &mut Motion,
+    progress: &dyn Fn(&str, u64, u64),
+) -> Result<Geometry> {
+    let moved = motion.moved_nodes();
+    let mut geometry = Geometry::new(mappings);
     let total = found.instances.len() as u64;
     for (i, instance) in found.instances.iter().enumerate() {
         progress("meshes", i as u64, total);
-        geometry.add(document, instance)?;
+        let moves = motion.carries(document, instance, &moved);
+        geometry.add(document, instance, motion, moves)?;
     }
     progress("meshes", total, total);
     if geometry.not_triangles > 0 {
@@ -206,3 +203,7 @@ mod tests;
 #[cfg(test)]
 #[path = "gltf_robustness_tests.rs"]
 mod robustness;
+
+#[cfg(test)]
+#[path = "gltf_extension_tests.rs"]
+mod extension_tests;

@@ -25,9 +25,21 @@ impl Document<'_> {
         Ok(self.accessor(index)?.count.0)
     }
 
+    /// Whether the accessor has no data of its own.
+    pub fn is_empty_accessor(&self, index: Index<Accessor>) -> Result<bool> {
+        let accessor = self.accessor(index)?;
+        Ok(accessor.buffer_view.is_none() && accessor.sparse.is_none())
+    }
+
     /// An accessor of `N` components as floats, normalised integers decoded.
     pub fn read_floats<const N: usize>(&self, what: &str, index: Index<Accessor>) -> Result<Vec<[f32; N]>> {
-        let wanted = if N == 2 { Type::Vec2 } else { Type::Vec3 };
+        let wanted = match N {
+            1 => Type::Scalar,
+            2 => Type::Vec2,
+            3 => Type::Vec3,
+            4 => Type::Vec4,
+            _ => Type::Mat4,
+        };
         debug_assert_eq!(wanted.multiplicity(), N);
         let packed = self.read(what, index, wanted)?;
         let (component, size) = (packed.component, packed.component.size());
@@ -39,6 +51,37 @@ impl Document<'_> {
         };
         let element = |bytes: &[u8]| std::array::from_fn(|c| value(&bytes[c * size..(c + 1) * size]));
         Ok(packed.bytes.chunks_exact(N * size).map(element).collect())
+    }
+
+    /// An accessor of four joints per vertex.
+    pub fn read_joints(&self, what: &str, index: Index<Accessor>) -> Result<Vec<[u32; 4]>> {
+        let packed = self.read(what, index, Type::Vec4)?;
+        let i = index.value();
+        match packed.component {
+            ComponentType::U8 | ComponentType::U16 => {}
+            other => return Err(self.error(format_args!("{what} (accessor {i}) has joints of type {other:?}"))),
+        }
+        let joints = unsigned(packed.component, &packed.bytes);
+        Ok(joints.chunks_exact(4).map(|four| [four[0], four[1], four[2], four[3]]).collect())
+    }
+
+    /// Colours of vertices, RGB or RGBA, as parts of 65535. Integers are normalised, whether or not the accessor says so.
+    pub fn read_colors(&self, what: &str, index: Index<Accessor>) -> Result<Vec<[u16; 4]>> {
+        let with_alpha = matches!(self.accessor(index)?.type_, Checked::Valid(Type::Vec4));
+        let packed = self.read(what, index, if with_alpha { Type::Vec4 } else { Type::Vec3 })?;
+        let (component, size) = (packed.component, packed.component.size());
+        let value = |bytes: &[u8]| {
+            let value = component_as_f32(component, bytes) / largest(component);
+            (value.clamp(0.0, 1.0) * 65535.0).round()
+        };
+        let channels = if with_alpha { 4 } else { 3 };
+        let color = |bytes: &[u8]| {
+            std::array::from_fn(|c| match bytes.get(c * size..(c + 1) * size) {
+                Some(bytes) => value(bytes) as u16,
+                None => u16::MAX,
+            })
+        };
+        Ok(packed.bytes.chunks_exact(channels * size).map(color).collect())
     }
 
     /// An accessor of unsigned scalars.

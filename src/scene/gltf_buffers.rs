@@ -1,14 +1,19 @@
-//! The bytes behind a glTF: the GLB container, external files, data URIs and buffer views, all ranges checked.
+//! The bytes behind a glTF: external files, data URIs and buffer views, all ranges checked.
 
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use ::gltf::json::{self, Index, Root, buffer};
+use ::gltf::json::{Index, Root, buffer};
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::gltf_lenient::Lenient;
+use super::{gltf_extensions, gltf_files, gltf_glb, gltf_json};
 use crate::{Error, Result};
 
 /// A parsed glTF with its buffers in memory. Nothing in it has been validated beyond what each method checks.
@@ -20,6 +25,8 @@ pub(super) struct Document<'a> {
     buffers: Vec<Cow<'a, [u8]>>,
     /// What the file has that is not rendered, each kind once.
     ignored: RefCell<Vec<String>>,
+    /// What is wrong with the file and was read as it is meant, each kind once.
+    mended: RefCell<Vec<&'static str>>,
 }
 
 impl<'a> Document<'a> {
@@ -30,11 +37,11 @@ impl<'a> Document<'a> {
         bytes: &'a [u8],
         progress: &dyn Fn(&str, u64, u64),
     ) -> Result<Self> {
-        let (text, chunk) = split_glb(path, bytes)?;
-        let root: Root = json::deserialize::from_slice(text)
-            .map_err(|e| Error::file(path, format_args!("the glTF JSON is broken: {e}")))?;
-        let mut document =
-            Self { path: path.to_path_buf(), base, root, buffers: Vec::new(), ignored: RefCell::default() };
+        let gltf_glb::Parts { text, chunk, faults } = gltf_glb::split(path, bytes)?;
+        let root = gltf_json::parse(path, text)?;
+        let (path, buffers) = (path.to_path_buf(), Vec::new());
+        let mut document = Self { path, base, root, buffers, ignored: RefCell::default(), mended: RefCell::default() };
+        faults.into_iter().for_each(|fault| document.mend(fault));
         let total = document.root.buffers.len() as u64;
         for i in 0..document.root.buffers.len() {
             progress("buffers", i as u64, total);
@@ -53,10 +60,45 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Everything noted, as one sentence; `None` where all of the file is rendered.
-    pub fn ignored(&self) -> Option<String> {
-        let ignored = self.ignored.borrow();
-        (!ignored.is_empty()).then(|| format!("not rendered of {}: {}", self.path.display(), ignored.join(", ")))
+    /// Notes something that is wrong with the file and was read as it is meant.
+    pub fn mend(&self, fault: &'static str) {
+        let mut mended = self.mended.borrow_mut();
+        if !mended.contains(&fault) {
+            mended.push(fault);
+        }
+    }
+
+    /// What is to be said of how the file was read, a sentence each.
+    pub fn remarks(&self) -> Vec<String> {
+        let path = self.path.display();
+        let list = |what: &str, items: &[String]| {
+            (!items.is_empty()).then(|| format!("{what} of {path}: {}", items.join(", ")))
+        };
+        let mended: Vec<String> = self.mended.borrow().iter().map(ToString::to_string).collect();
+        let unread = gltf_extensions::unread(self.root.extensions_used.iter().map(String::as_str));
+        let unread = unread.into_iter().map(|sentence| format!("{path}: {sentence}"));
+        list("mended while reading", &mended)
+            .into_iter()
+            .chain(unread)
+            .chain(list("not rendered", &self.ignored.borrow()))
+            .collect()
+    }
+
+    /// The object of an extension that `what` may have.
+    pub fn extension<T: DeserializeOwned>(
+        &self,
+        what: &dyn Display,
+        extensions: Option<&Map<String, Value>>,
+        name: &str,
+    ) -> Result<Option<T>> {
+        let Some(object) = extensions.and_then(|extensions| extensions.get(name)) else { return Ok(None) };
+        let read = T::deserialize(Lenient::new(object));
+        read.map(Some).map_err(|e| self.error(format_args!("{what} has a broken {name}: {e}")))
+    }
+
+    /// An error about a part of the file that is there compressed alone.
+    pub fn compressed(&self, what: &dyn Display, extension: &str) -> Error {
+        self.error(format_args!("{what} is there only by the extension {extension}, which is not supported"))
     }
 
     /// An error about this file.
@@ -69,7 +111,13 @@ impl<'a> Document<'a> {
         let data = match (&buffer.uri, chunk) {
             (Some(uri), _) => Cow::Owned(self.fetch(&format!("buffer {i}"), uri)?),
             (None, Some(chunk)) if i == 0 => Cow::Borrowed(chunk),
-            (None, _) => return Err(self.error(format_args!("buffer {i} has no uri and the file no chunk for it"))),
+            (None, _) => {
+                let extensions = buffer.extensions.as_ref().map(|e| &e.others);
+                if let Some(name) = gltf_extensions::compression(extensions) {
+                    return Err(self.compressed(&format_args!("buffer {i}"), name));
+                }
+                return Err(self.error(format_args!("buffer {i} has no uri and the file no chunk for it")));
+            }
         };
         let announced = buffer.byte_length.0;
         if (data.len() as u64) < announced {
@@ -86,17 +134,14 @@ impl<'a> Document<'a> {
             return decode_data_uri(data).map_err(|why| self.error(format_args!("the data URI of {what} {why}")));
         }
         let name = shorten(uri);
-        if uri.contains("://") {
+        if gltf_files::is_remote(uri) {
             return Err(self.error(format_args!("{what} is at `{name}`: only files and data URIs can be read")));
         }
         let Some(base) = &self.base else {
             return Err(self.error(format_args!("{what} is the external file `{name}`, which a scene in memory lacks")));
         };
-        let decoded = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-        let mut file = base.join(decoded.as_ref());
-        if !file.exists() {
-            file = base.join(uri); // a name that holds a bare percent sign
-        }
+        let gltf_files::Named { path: file, faults } = gltf_files::find(base, uri);
+        faults.into_iter().for_each(|fault| self.mend(fault));
         // Devices and pipes could be endless, so only regular files are read.
         let read = match std::fs::metadata(&file) {
             Ok(meta) if !meta.is_file() => Err("not a regular file".to_owned()),
@@ -150,58 +195,9 @@ fn decode_data_uri(data: &str) -> std::result::Result<Vec<u8>, String> {
     GeneralPurpose::new(&base64::alphabet::STANDARD, config).decode(body).map_err(|e| format!("is not base64: {e}"))
 }
 
-/// The JSON text and the binary chunk of a GLB; other bytes are taken for JSON text.
-fn split_glb<'a>(path: &Path, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u8]>)> {
-    if !bytes.starts_with(b"glTF") {
-        return Ok((bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), None));
-    }
-    let fail = |reason: String| Err(Error::file(path, reason));
-    let word = |at: usize| -> Option<usize> {
-        let bytes = bytes.get(at..at.checked_add(4)?)?;
-        usize::try_from(u32::from_le_bytes(bytes.try_into().ok()?)).ok()
-    };
-    let (Some(version), Some(length)) = (word(4), word(8)) else {
-        return fail("the GLB is truncated within its header".into());
-    };
-    if version != 2 {
-        return fail(format!("the GLB has version {version}; only version 2 can be read"));
-    }
-    if length > bytes.len() {
-        return fail(format!("the GLB is truncated: {length} bytes announced, {} present", bytes.len()));
-    }
-    let (mut text, mut chunk, mut at) = (None, None, 12usize);
-    while at + 8 <= length {
-        let (size, kind) = (word(at).unwrap_or(0), &bytes[at + 4..at + 8]);
-        let Some(data) = (at + 8).checked_add(size).filter(|end| *end <= length).map(|end| &bytes[at + 8..end]) else {
-            return fail(format!("the GLB is truncated: a chunk of {size} bytes reaches beyond its end"));
-        };
-        match kind {
-            b"JSON" if text.is_none() => text = Some(data),
-            b"BIN\0" if chunk.is_none() => chunk = Some(data),
-            _ => {} // the specification has unknown chunks ignored
-        }
-        at += 8 + size.next_multiple_of(4);
-    }
-    match text {
-        Some(text) => Ok((text, chunk)),
-        None => fail("the GLB has no JSON chunk".into()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::testing::glb_from;
-
-    #[test]
-    fn splits_a_glb() {
-        let glb = glb_from("{}", &[1, 2, 3]);
-        let (text, chunk) = split_glb(Path::new("x"), &glb).unwrap();
-        assert_eq!(text, b"{}  ");
-        assert_eq!(chunk.unwrap(), [1, 2, 3, 0]);
-        let broken = split_glb(Path::new("x.glb"), &glb[..20]).unwrap_err().to_string();
-        assert!(broken.starts_with("x.glb: the GLB is truncated"), "{broken}");
-    }
 
     #[test]
     fn decodes_data_uris() {

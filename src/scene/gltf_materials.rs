@@ -2,47 +2,42 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::io::Cursor;
 use std::sync::mpsc;
 
 use ::gltf::json::Index;
 use ::gltf::json::material::{AlphaMode, Material as JsonMaterial};
-use ::gltf::json::texture::{Texture as JsonTexture, WrappingMode};
+use ::gltf::json::texture::{Info, MagFilter, MinFilter, Texture as JsonTexture, WrappingMode};
 use ::gltf::json::validation::Checked;
-use image::{ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
+use serde::Deserialize;
 
 use super::gltf_buffers::{Document, shorten};
+use super::gltf_images::decode_image;
+use super::gltf_mapping::{Mapping, Slot};
+use super::sampling::{Filter, Sampling, Wrap};
 use super::{Material, Texture};
 use crate::Result;
-
-/// The largest width and height of an image.
-const MAX_IMAGE_SIZE: u32 = 16_384;
-/// The most memory a decoder may take for one image, in bytes.
-const MAX_IMAGE_MEMORY: u64 = 2 << 30;
 
 /// Everything unusual about materials that is worth one line at the end.
 #[derive(Default)]
 struct Oddities {
     blend: bool,
-    second_uv: bool,
-    wrapping: bool,
+    unlike: bool,
     no_image: bool,
     emission: bool,
 }
 
-/// All materials, with textures as indices into the returned list of glTF image indices.
-pub(super) fn materials(document: &Document) -> Result<(Vec<Material>, Vec<usize>)> {
+/// All materials, with textures as indices into the returned list of glTF image indices. Their texture coordinates are those
+/// of `mappings`.
+pub(super) fn materials(document: &Document, mappings: &[Mapping]) -> Result<(Vec<Material>, Vec<usize>)> {
     let (mut images, mut odd) = (Images::default(), Oddities::default());
-    let list = &document.root.materials;
-    let materials =
-        list.iter().enumerate().map(|(i, m)| material(document, i, m, &mut images, &mut odd)).collect::<Result<_>>()?;
-    let transform = document.root.extensions_used.iter().any(|e| e == "KHR_texture_transform");
+    let list = document.root.materials.iter().zip(mappings).enumerate();
+    let materials = list.map(|(i, (m, mapping))| material(document, i, m, mapping, &mut images, &mut odd));
+    let materials = materials.collect::<Result<_>>()?;
     let notes = [
         (odd.blend, "blended transparency (cut out at alpha 0.5)"),
-        (odd.second_uv || transform, "texture transforms and second texture coordinates"),
-        (odd.wrapping, "texture wrap modes other than repeat"),
-        (odd.no_image, "textures without a png or jpeg image"),
+        (odd.unlike, "normal maps that lie otherwise than the base colour"),
+        (odd.no_image, "textures without an image that can be read"),
         (odd.emission, "emission"),
     ];
     notes.iter().filter(|(seen, _)| *seen).for_each(|(_, note)| document.ignore(*note));
@@ -60,7 +55,10 @@ pub(super) fn default_material() -> Material {
         name: "default".into(),
         base_color: [1.0; 4],
         base_color_texture: None,
+        base_color_sampling: Sampling::default(),
+        has_vertex_colors: false,
         normal_texture: None,
+        normal_sampling: Sampling::default(),
         normal_scale: 1.0,
         alpha_cutoff: None,
         double_sided: false,
@@ -83,24 +81,69 @@ impl Images {
     }
 }
 
+/// The extension's diffuse surface, which takes the place of the base colour.
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct SpecularGlossiness {
+    diffuse_factor: [f32; 4],
+    diffuse_texture: Option<Info>,
+}
+
+impl Default for SpecularGlossiness {
+    fn default() -> Self {
+        Self { diffuse_factor: [1.0; 4], diffuse_texture: None }
+    }
+}
+
+/// Factor and texture of the base colour.
+fn base_color(document: &Document, i: usize, json: &JsonMaterial) -> Result<([f32; 4], Option<Slot>)> {
+    let others = json.extensions.as_ref().map(|e| &e.others);
+    let name = "KHR_materials_pbrSpecularGlossiness";
+    let what = format_args!("material {i}");
+    if let Some(diffuse) = document.extension::<SpecularGlossiness>(&what, others, name)? {
+        return Ok((diffuse.diffuse_factor, diffuse.diffuse_texture.as_ref().map(Slot::of_color)));
+    }
+    let pbr = &json.pbr_metallic_roughness;
+    Ok((pbr.base_color_factor.0, pbr.base_color_texture.as_ref().map(Slot::of_color)))
+}
+
+/// For each material how its textures lie on surfaces: the base colour's way, or else the normal map's.
+pub(super) fn mappings(document: &Document) -> Result<Vec<Mapping>> {
+    let mapping = |(i, json): (usize, &JsonMaterial)| {
+        let (_, color) = base_color(document, i, json)?;
+        let slot = color.or_else(|| json.normal_texture.as_ref().map(Slot::of_normal));
+        slot.map_or(Ok(Mapping::default()), |slot| slot.mapping(document, i))
+    };
+    document.root.materials.iter().enumerate().map(mapping).collect()
+}
+
 fn material(
     document: &Document,
     i: usize,
     json: &JsonMaterial,
+    mapping: &Mapping,
     images: &mut Images,
     odd: &mut Oddities,
 ) -> Result<Material> {
-    let pbr = &json.pbr_metallic_roughness;
-    let mut texture = |info: Option<(Index<JsonTexture>, u32)>| -> Result<Option<u32>> {
-        let Some((index, set)) = info else { return Ok(None) };
-        odd.second_uv |= set != 0;
-        Ok(image_of(document, i, index, odd)?.map(|image| images.slot(image)))
+    let (base_color, color_slot) = base_color(document, i, json)?;
+    let mut normal_slot = json.normal_texture.as_ref().map(Slot::of_normal);
+    if let Some(slot) = &normal_slot
+        && slot.mapping(document, i)? != *mapping
+    {
+        odd.unlike = true;
+        normal_slot = None;
+    }
+    let sampling_of =
+        |slot: &Option<Slot>| slot.as_ref().map_or_else(Sampling::default, |slot| sampling(document, slot));
+    let (base_color_sampling, normal_sampling) = (sampling_of(&color_slot), sampling_of(&normal_slot));
+    let mut texture = |slot: Option<Slot>| -> Result<Option<u32>> {
+        let Some(Slot { texture, .. }) = slot else { return Ok(None) };
+        Ok(image_of(document, i, texture, odd)?.map(|image| images.slot(image)))
     };
-    let base_color_texture = texture(pbr.base_color_texture.as_ref().map(|t| (t.index, t.tex_coord)))?;
-    let normal_texture = texture(json.normal_texture.as_ref().map(|t| (t.index, t.tex_coord)))?;
+    let base_color_texture = texture(color_slot)?;
+    let normal_texture = texture(normal_slot)?;
     let normal_scale = json.normal_texture.as_ref().map_or(1.0, |t| t.scale);
     odd.emission |= emits(json);
-    let base_color = pbr.base_color_factor.0;
     let cutoff = json.alpha_cutoff.map_or(0.5, |c| c.0);
     if !normal_scale.is_finite() || !cutoff.is_finite() || base_color.iter().any(|c| !c.is_finite()) {
         return Err(document.error(format_args!("material {i} has a factor that is not finite")));
@@ -118,7 +161,10 @@ fn material(
         name: json.name.clone().unwrap_or_else(|| format!("material {i}")),
         base_color: base_color.map(|c| c.clamp(0.0, 1.0)),
         base_color_texture,
+        base_color_sampling,
+        has_vertex_colors: false,
         normal_texture,
+        normal_sampling,
         normal_scale,
         alpha_cutoff,
         double_sided: json.double_sided,
@@ -136,19 +182,60 @@ fn image_of(
     let Some(texture) = document.root.textures.get(i) else {
         return Err(document.error(format_args!("material {material} refers to texture {i}, which does not exist")));
     };
-    if let Some(sampler) = texture.sampler.and_then(|s| document.root.samplers.get(s.value())) {
-        let repeat = |mode: &Checked<WrappingMode>| matches!(mode, Checked::Valid(WrappingMode::Repeat));
-        odd.wrapping |= !repeat(&sampler.wrap_s) || !repeat(&sampler.wrap_t);
-    }
-    let image = texture.source.value();
-    if image == u32::MAX as usize {
-        odd.no_image = true; // only an extension's image
+    let Some(image) = source(document, i, texture)? else {
+        odd.no_image = true;
         return Ok(None);
-    }
+    };
     if image >= document.root.images.len() {
         return Err(document.error(format_args!("texture {i} refers to image {image}, which does not exist")));
     }
     Ok(Some(image))
+}
+
+/// How a texture is read. What a sampler leaves open, or has an unknown value for, is linear and repeats.
+fn sampling(document: &Document, slot: &Slot) -> Sampling {
+    let texture = document.root.textures.get(slot.texture.value());
+    let sampler = texture.and_then(|texture| document.root.samplers.get(texture.sampler?.value()));
+    let Some(sampler) = sampler else { return Sampling::default() };
+    let wrap = |mode: &Checked<WrappingMode>| match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    };
+    let (linear, nearest) = (Filter::Linear, Filter::Nearest);
+    let (minify, mips) = match sampler.min_filter {
+        Some(Checked::Valid(MinFilter::Nearest)) => (nearest, None),
+        Some(Checked::Valid(MinFilter::Linear)) => (linear, None),
+        Some(Checked::Valid(MinFilter::NearestMipmapNearest)) => (nearest, Some(nearest)),
+        Some(Checked::Valid(MinFilter::LinearMipmapNearest)) => (linear, Some(nearest)),
+        Some(Checked::Valid(MinFilter::NearestMipmapLinear)) => (nearest, Some(linear)),
+        _ => (linear, Some(linear)),
+    };
+    let magnify = if matches!(sampler.mag_filter, Some(Checked::Valid(MagFilter::Nearest))) { nearest } else { linear };
+    Sampling { wrap: [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)], magnify, minify, mips }
+}
+
+/// Extensions by which a texture has an image of another format.
+const IMAGE_EXTENSIONS: [&str; 2] = ["EXT_texture_webp", "MSFT_texture_dds"];
+
+/// A texture's image: its own, or else that of an extension.
+fn source(document: &Document, i: usize, texture: &JsonTexture) -> Result<Option<usize>> {
+    #[derive(Deserialize)]
+    struct Source {
+        source: Option<u32>,
+    }
+    let own = texture.source.value();
+    if own != u32::MAX as usize {
+        return Ok(Some(own));
+    }
+    let others = texture.extensions.as_ref().map(|e| &e.others);
+    for name in IMAGE_EXTENSIONS {
+        let found = document.extension::<Source>(&format_args!("texture {i}"), others, name)?;
+        if let Some(source) = found.and_then(|found| found.source) {
+            return Ok(Some(source as usize));
+        }
+    }
+    Ok(None)
 }
 
 /// Decodes the images, byte-identical files once, and points the materials at the result.
@@ -213,23 +300,4 @@ fn read_image<'a>(document: &'a Document, index: usize) -> Result<(String, Cow<'
         (None, Some(view)) => Ok((plain(), Cow::Borrowed(document.view(&what, view)?.0))),
         (None, None) => Err(document.error(format_args!("{what} has neither a uri nor a buffer view"))),
     }
-}
-
-fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Texture, String> {
-    let format = image::guess_format(bytes).map_err(|_| "it is neither png nor jpeg".to_owned())?;
-    if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg) {
-        return Err(format!("{format:?} images are not supported"));
-    }
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_IMAGE_SIZE);
-    limits.max_image_height = Some(MAX_IMAGE_SIZE);
-    limits.max_alloc = Some(MAX_IMAGE_MEMORY);
-    reader.limits(limits);
-    let pixels = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
-    let (width, height) = pixels.dimensions();
-    if width == 0 || height == 0 {
-        return Err("it has no pixels".into());
-    }
-    Ok(Texture { name: name.to_owned(), width, height, rgba: pixels.into_raw() })
 }

@@ -8,7 +8,10 @@ use glam::{Mat3, Mat4, Vec3};
 
 use super::Vertex;
 use super::gltf_buffers::Document;
+use super::gltf_extensions::compression;
+use super::gltf_mapping::Mapping;
 use super::gltf_nodes::Instance;
+use super::motion::{Body, Motion};
 use super::octahedral::pack_octahedral;
 use crate::Result;
 
@@ -30,26 +33,44 @@ pub(super) struct Geometry {
     pub not_triangles: u64,
     /// Primitives whose last corners make no whole triangle.
     pub incomplete: u64,
+    /// Whether a primitive of the material has colours, in the order of `corners`.
+    pub has_colors: Vec<bool>,
+    /// For each material of the glTF, and last for primitives without one.
+    mappings: Vec<Mapping>,
     announced_vertices: u64,
     announced_triangles: u64,
 }
 
-/// A primitive in world space.
-struct Shape {
-    positions: Vec<Vec3>,
-    normals: Option<Vec<Vec3>>,
-    uvs: Vec<[f32; 2]>,
-    triangles: Vec<[u32; 3]>,
+/// A primitive, in mesh space until it is placed.
+pub(super) struct Shape {
+    /// Corners.
+    pub positions: Vec<Vec3>,
+    /// Their normals; without them every triangle is flat.
+    pub normals: Option<Vec<Vec3>>,
+    /// What their surface looks like.
+    pub paint: Paint,
+    /// Indices of corners.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What vertices have besides their place.
+pub(super) struct Paint {
+    /// Texture coordinates.
+    pub uvs: Vec<[f32; 2]>,
+    /// Factors of the base colour, if there are any.
+    pub colors: Option<Vec<[u16; 4]>>,
 }
 
 impl Geometry {
-    /// Room for the given number of glTF materials.
-    pub fn new(materials: usize) -> Self {
-        Self { corners: vec![Vec::new(); materials + 1], ..Self::default() }
+    /// Room for triangles of the glTF's materials, whose textures lie like this.
+    pub fn new(mappings: &[Mapping]) -> Self {
+        let mappings: Vec<Mapping> = mappings.iter().copied().chain([Mapping::default()]).collect();
+        let has_colors = vec![false; mappings.len()];
+        Self { corners: vec![Vec::new(); mappings.len()], has_colors, mappings, ..Self::default() }
     }
 
-    /// Adds all triangles of one placed mesh.
-    pub fn add(&mut self, document: &Document, instance: &Instance) -> Result<()> {
+    /// Adds all triangles of one placed mesh; those that move go to `motion` as well, which will place them.
+    pub fn add(&mut self, document: &Document, instance: &Instance, motion: &mut Motion, moves: bool) -> Result<()> {
         let m = instance.mesh;
         let Some(mesh) = document.root.meshes.get(m) else {
             return Err(document.error(format_args!("mesh {m} does not exist")));
@@ -68,9 +89,14 @@ impl Geometry {
                 self.not_triangles += 1;
                 continue;
             }
-            let mut shape = self.read(document, &what, primitive, mode)?;
+            let mut shape = self.read(document, &what, primitive, mode, self.mappings[material])?;
+            self.has_colors[material] |= shape.paint.colors.is_some();
+            if moves {
+                motion.add(document, self, primitive, (instance, &what, material), shape)?;
+                continue;
+            }
             self.degenerate += shape.place(&instance.world);
-            if shape.positions.iter().any(|p| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE) {
+            if shape.positions.iter().any(|p| is_lost(*p)) {
                 return Err(document.error(format_args!("{what} has a vertex position that is not finite or too far")));
             }
             match shape.normals.take() {
@@ -81,11 +107,24 @@ impl Geometry {
         Ok(())
     }
 
-    fn read(&mut self, document: &Document, what: &str, primitive: &Primitive, mode: Mode) -> Result<Shape> {
+    fn read(
+        &mut self,
+        document: &Document,
+        what: &str,
+        primitive: &Primitive,
+        mode: Mode,
+        mapping: Mapping,
+    ) -> Result<Shape> {
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
         let Some(position) = attribute(Semantic::Positions) else {
             return Err(document.error(format_args!("{what} has no positions")));
         };
+        let extensions = primitive.extensions.as_ref().map(|e| &e.others);
+        if let Some(name) = compression(extensions)
+            && document.is_empty_accessor(position)?
+        {
+            return Err(document.compressed(&what, name));
+        }
         self.announce(document, position, primitive.indices, mode)?;
         let positions = vectors(document.read_floats::<3>(what, position)?);
         let count = positions.len();
@@ -96,10 +135,13 @@ impl Geometry {
         let normals = attribute(Semantic::Normals).map(|a| document.read_floats::<3>(what, a)).transpose()?;
         let normals = normals.map(vectors);
         same("normals", normals.as_ref().map_or(count, Vec::len))?;
-        let uvs = attribute(Semantic::TexCoords(0)).map(|a| document.read_floats::<2>(what, a)).transpose()?;
+        let uvs =
+            attribute(Semantic::TexCoords(mapping.set)).map(|a| document.read_floats::<2>(what, a)).transpose()?;
         let mut uvs = uvs.unwrap_or_else(|| vec![[0.0; 2]; count]);
         same("texture coordinates", uvs.len())?;
-        uvs.iter_mut().flatten().filter(|c| !c.is_finite()).for_each(|c| *c = 0.0);
+        mapping.apply(&mut uvs);
+        let colors = attribute(Semantic::Colors(0)).map(|a| document.read_colors(what, a)).transpose()?;
+        same("colours", colors.as_ref().map_or(count, Vec::len))?;
         let indices = match primitive.indices {
             Some(accessor) => document.read_indices(what, accessor)?,
             None => (0..count as u32).collect(),
@@ -108,7 +150,7 @@ impl Geometry {
             return Err(document.error(format_args!("{what} has the index {bad} but only {count} vertices")));
         }
         self.incomplete += u64::from(if mode == Mode::Triangles { indices.len() % 3 != 0 } else { indices.len() < 3 });
-        Ok(Shape { positions, normals, uvs, triangles: triangulate(mode, &indices) })
+        Ok(Shape { positions, normals, paint: Paint { uvs, colors }, triangles: triangulate(mode, &indices) })
     }
 
     /// Keeps the totals within bounds before anything is read or allocated.
@@ -134,28 +176,35 @@ impl Geometry {
     /// Keeps the vertices as they are; unusable normals become that of a triangle at the vertex.
     fn push_shared(&mut self, material: usize, shape: &Shape, normals: &[Vec3]) {
         let mut normals = normals.to_vec();
-        for triangle in &shape.triangles {
-            for corner in triangle {
-                let normal = &mut normals[*corner as usize];
-                if *normal == Vec3::ZERO {
-                    *normal = shape.face_normal(*triangle);
-                }
-            }
-        }
+        fill_normals(&mut normals, &shape.positions, &shape.triangles);
         let base = self.vertices.len() as u32;
-        let vertices = shape.positions.iter().zip(&normals).zip(&shape.uvs);
-        self.vertices.extend(vertices.map(|((p, n), uv)| vertex(*p, *n, *uv)));
+        self.vertices
+            .extend(normals.iter().enumerate().map(|(i, normal)| shape.paint.vertex(i, shape.positions[i], *normal)));
         self.corners[material].extend(shape.triangles.iter().flatten().map(|i| base + i));
     }
 
     /// Gives every triangle three vertices of its own, with its geometric normal.
     fn push_flat(&mut self, material: usize, shape: &Shape) {
         for triangle in &shape.triangles {
-            let normal = shape.face_normal(*triangle);
+            let normal = face_normal(&shape.positions, *triangle);
             for corner in triangle.map(|i| i as usize) {
                 self.corners[material].push(self.vertices.len() as u32);
-                self.vertices.push(vertex(shape.positions[corner], normal, shape.uvs[corner]));
+                self.vertices.push(shape.paint.vertex(corner, shape.positions[corner], normal));
             }
+        }
+    }
+
+    /// Adds the triangles of a body, whose vertices get their places when it is posed.
+    pub fn add_unplaced(&mut self, material: usize, body: &Body, paint: &Paint) {
+        let base = self.vertices.len() as u32;
+        let corners = body.triangles.iter().flatten();
+        let unplaced = |i: usize| paint.vertex(i, Vec3::ZERO, Vec3::Z);
+        if body.normals.is_some() {
+            self.vertices.extend((0..paint.uvs.len()).map(unplaced));
+            self.corners[material].extend(corners.map(|corner| base + corner));
+        } else {
+            self.vertices.extend(corners.map(|corner| unplaced(*corner as usize)));
+            self.corners[material].extend(base..self.vertices.len() as u32);
         }
     }
 }
@@ -182,15 +231,41 @@ impl Shape {
         });
         (before - self.triangles.len()) as u64
     }
+}
 
-    fn face_normal(&self, triangle: [u32; 3]) -> Vec3 {
-        let [a, b, c] = triangle.map(|i| self.positions[i as usize]);
-        (b - a).cross(c - a).normalize_or(Vec3::Z)
+impl Paint {
+    /// The vertex `i` at this place.
+    fn vertex(&self, i: usize, position: Vec3, normal: Vec3) -> Vertex {
+        let color = self.colors.as_ref().map_or(Vertex::WHITE, |colors| colors[i]);
+        Vertex { position_ws: position.to_array(), normal_oct: pack_octahedral(normal), uv: self.uvs[i], color }
+    }
+}
+
+/// Whether a position is nowhere, or so far away that areas overflow.
+pub(super) fn is_lost(position: Vec3) -> bool {
+    !position.is_finite() || position.abs().max_element() > MAX_COORDINATE
+}
+
+/// The normal of a triangle by its corners.
+pub(super) fn face_normal(positions: &[Vec3], triangle: [u32; 3]) -> Vec3 {
+    let [a, b, c] = triangle.map(|i| positions[i as usize]);
+    (b - a).cross(c - a).normalize_or(Vec3::Z)
+}
+
+/// Gives vertices without a usable normal that of a triangle at the vertex.
+pub(super) fn fill_normals(normals: &mut [Vec3], positions: &[Vec3], triangles: &[[u32; 3]]) {
+    for triangle in triangles {
+        for corner in triangle {
+            let normal = &mut normals[*corner as usize];
+            if *normal == Vec3::ZERO {
+                *normal = face_normal(positions, *triangle);
+            }
+        }
     }
 }
 
 /// The inverse transpose up to a positive factor; cofactors, so that it exists for flattened meshes too.
-fn normal_matrix(m: &Mat3, mirrored: bool) -> Mat3 {
+pub(super) fn normal_matrix(m: &Mat3, mirrored: bool) -> Mat3 {
     // Scaled first, or the products of tiny or huge scales would leave the range of floats.
     let size = m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
     let m = if size > 0.0 { *m * (1.0 / size) } else { *m };
@@ -198,12 +273,8 @@ fn normal_matrix(m: &Mat3, mirrored: bool) -> Mat3 {
     if mirrored { cofactors * -1.0 } else { cofactors }
 }
 
-fn vectors(arrays: Vec<[f32; 3]>) -> Vec<Vec3> {
+pub(super) fn vectors(arrays: Vec<[f32; 3]>) -> Vec<Vec3> {
     arrays.into_iter().map(Vec3::from_array).collect()
-}
-
-fn vertex(position: Vec3, normal: Vec3, uv: [f32; 2]) -> Vertex {
-    Vertex { position_ws: position.to_array(), normal_oct: pack_octahedral(normal), uv }
 }
 
 /// Triangles of a list, strip or fan, wound as the glTF specification says.

@@ -9,6 +9,7 @@ use ::gltf::json::validation::Checked;
 use glam::{Mat4, Quat, Vec3};
 
 use super::gltf_buffers::Document;
+use super::gltf_instancing::{is_visible, places};
 use super::{Aabb, Camera, Light};
 use crate::Result;
 use crate::environment::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
@@ -17,6 +18,10 @@ use crate::environment::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
 pub(super) struct Instance {
     /// Index into the meshes of the glTF.
     pub mesh: usize,
+    /// Index of the node that carries it.
+    pub node: usize,
+    /// From mesh to the node's space: where an instance of it is.
+    pub place: Mat4,
     /// From mesh to world space.
     pub world: Mat4,
 }
@@ -28,8 +33,12 @@ pub(super) struct Found {
     pub instances: Vec<Instance>,
     /// Perspective cameras.
     pub cameras: Vec<Camera>,
+    /// The node of each.
+    pub camera_nodes: Vec<usize>,
     /// Lights that shine.
     pub lights: Vec<Light>,
+    /// The node of each.
+    pub light_nodes: Vec<usize>,
     /// There are lights, but all of them are dark.
     pub is_dark: bool,
 }
@@ -38,10 +47,10 @@ pub(super) struct Found {
 pub(super) fn walk(document: &Document) -> Result<Found> {
     let nodes = &document.root.nodes;
     let mut visited = vec![false; nodes.len()];
-    let mut stack: Vec<(usize, Mat4)> = roots(document)?.into_iter().rev().map(|n| (n, Mat4::IDENTITY)).collect();
+    let mut stack: Vec<_> = roots(document)?.into_iter().rev().map(|n| (n, Mat4::IDENTITY, true)).collect();
     let mut found = Found::default();
     let mut names = HashMap::new();
-    while let Some((i, parent)) = stack.pop() {
+    while let Some((i, parent, parent_is_visible)) = stack.pop() {
         let Some(node) = nodes.get(i) else {
             return Err(document.error(format_args!("node {i} does not exist")));
         };
@@ -53,23 +62,28 @@ pub(super) fn walk(document: &Document) -> Result<Found> {
         if !world.is_finite() {
             return Err(document.error(format_args!("node {i} has a transform that is not finite")));
         }
-        if let Some(mesh) = node.mesh {
-            found.instances.push(Instance { mesh: mesh.value(), world });
+        let is_visible = parent_is_visible && is_visible(document, i, node)?;
+        if let Some(mesh) = node.mesh.filter(|_| is_visible) {
+            let places = places(document, i, node)?.unwrap_or_else(|| vec![Mat4::IDENTITY]);
+            let instance = |place: Mat4| Instance { mesh: mesh.value(), node: i, place, world: world * place };
+            found.instances.extend(places.into_iter().map(instance));
         }
         found.cameras.extend(camera(document, node, &world, found.cameras.len(), &mut names)?);
-        match light(document, node, &world)? {
+        match light(document, node, &world)?.filter(|_| is_visible) {
             Some(light) if light.is_dark() => found.is_dark = true,
             light => found.lights.extend(light),
         }
+        found.camera_nodes.resize(found.cameras.len(), i);
+        found.light_nodes.resize(found.lights.len(), i);
         let children = node.children.iter().flatten();
-        stack.extend(children.rev().map(|child| (child.value(), world)));
+        stack.extend(children.rev().map(|child| (child.value(), world, is_visible)));
     }
     found.is_dark &= found.lights.is_empty();
     Ok(found)
 }
 
 /// The root nodes: those of the default (or first) scene, or without scenes those that are nobody's children.
-fn roots(document: &Document) -> Result<Vec<usize>> {
+pub(super) fn roots(document: &Document) -> Result<Vec<usize>> {
     let root = &document.root;
     let wanted = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(wanted) {
@@ -84,7 +98,7 @@ fn roots(document: &Document) -> Result<Vec<usize>> {
 }
 
 /// A node's own transform; `None` when its rotation is no rotation.
-fn local_transform(node: &Node) -> Option<Mat4> {
+pub(super) fn local_transform(node: &Node) -> Option<Mat4> {
     if let Some(matrix) = &node.matrix {
         return Some(Mat4::from_cols_array(matrix));
     }
@@ -143,7 +157,7 @@ fn unique(wanted: &str, names: &mut HashMap<String, u32>) -> String {
 }
 
 /// Right, up and forward of a camera at this transform: orthonormal and right-handed, whatever its scale.
-fn frame(world: &Mat4) -> (Vec3, Vec3, Vec3) {
+pub(super) fn frame(world: &Mat4) -> (Vec3, Vec3, Vec3) {
     let forward = forward(world);
     let up = world.y_axis.truncate().normalize_or(Vec3::Y);
     let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
@@ -151,7 +165,7 @@ fn frame(world: &Mat4) -> (Vec3, Vec3, Vec3) {
 }
 
 /// The unit -z axis of a node.
-fn forward(world: &Mat4) -> Vec3 {
+pub(super) fn forward(world: &Mat4) -> Vec3 {
     (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z)
 }
 

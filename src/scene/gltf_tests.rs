@@ -321,3 +321,58 @@ fn a_hundred_thousand_light_nodes_load_at_once() {
     let seconds = start.elapsed().as_secs_f64();
     assert!(seconds < 20.0, "{seconds:.1} s for {count} lights");
 }
+
+#[test]
+fn colours_of_vertices_are_read_in_every_format() {
+    let color_of = |component: u32, kind: &str, normalized: bool, bytes: &[u8]| {
+        let mut parts = Parts::default();
+        let position = parts.floats("VEC3", &QUAD[..9]);
+        let stride = bytes.len() / 3;
+        let view = parts.view(bytes);
+        parts.views[view]["byteStride"] = json!(stride);
+        let color = parts.accessor(json!({"bufferView": view, "componentType": component, "count": 3, "type": kind,
+            "normalized": normalized}));
+        let mesh = json!([{"primitives": [{"attributes": {"POSITION": position, "COLOR_0": color}, "material": 0},
+            {"attributes": {"POSITION": position}, "material": 1}]}]);
+        let scene = open(&parts.glb(mesh, json!({"materials": [{}, {}]}))).unwrap();
+        assert_eq!(scene.vertices[3].color, Vertex::WHITE);
+        assert!(scene.materials[0].has_vertex_colors && !scene.materials[1].has_vertex_colors);
+        scene.vertices[0].color
+    };
+    let floats = |values: [f32; 4]| values.repeat(3).iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+    let three = |values: [f32; 3]| values.repeat(3).iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+    let half = 32768;
+    assert_eq!(color_of(5126, "VEC4", false, &floats([1.0, 0.5, 0.0, 0.25])), [u16::MAX, half, 0, 16384]);
+    assert_eq!(color_of(5126, "VEC3", false, &three([1.0, 0.5, 0.0])), [u16::MAX, half, 0, u16::MAX]);
+    assert_eq!(color_of(5126, "VEC3", false, &three([2.0, -1.0, 0.0])), [u16::MAX, 0, 0, u16::MAX]);
+    let bytes = [255u8, 51, 0, 102].repeat(3);
+    assert_eq!(color_of(5121, "VEC4", true, &bytes), [u16::MAX, 13107, 0, 26214]);
+    assert_eq!(color_of(5121, "VEC3", true, &bytes), [u16::MAX, 13107, 0, u16::MAX]);
+    assert_eq!(color_of(5121, "VEC4", false, &bytes), [u16::MAX, 13107, 0, 26214], "without the flag too");
+    let shorts: Vec<u8> = [65535u16, 300, 0, 9].repeat(3).iter().flat_map(|v| v.to_le_bytes()).collect();
+    assert_eq!(color_of(5123, "VEC4", true, &shorts), [65535, 300, 0, 9]);
+}
+
+#[test]
+fn samplers_say_how_textures_are_read() {
+    use crate::scene::sampling::{Filter, Sampling, Wrap};
+    let sampling = |sampler: Value| {
+        let mut parts = Parts::default();
+        let position = parts.floats("VEC3", &QUAD);
+        let image = parts.view(&png(9));
+        let extra = json!({"images": [{"bufferView": image}], "samplers": [sampler],
+            "textures": [{"source": 0, "sampler": 0}],
+            "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]});
+        let mesh = json!([{"primitives": [{"attributes": {"POSITION": position}, "material": 0}]}]);
+        open(&parts.glb(mesh, extra)).unwrap().materials[0].base_color_sampling
+    };
+    let plain = Sampling::default();
+    assert_eq!(sampling(json!({})), plain);
+    assert_eq!(sampling(json!({"magFilter": 1, "minFilter": 2, "wrapS": 3})), plain, "unknown values");
+    let pixels = sampling(json!({"magFilter": 9728.0, "minFilter": 9984, "wrapS": 33071, "wrapT": 33648}));
+    let nearest = Filter::Nearest;
+    let wrap = [Wrap::Clamp, Wrap::Mirror];
+    assert_eq!(pixels, Sampling { wrap, magnify: nearest, minify: nearest, mips: Some(nearest) });
+    let without = sampling(json!({"magFilter": 9729, "minFilter": 9729, "wrapT": 10497}));
+    assert_eq!(without, Sampling { mips: None, ..plain });
+}

@@ -4,26 +4,40 @@
 
 pub mod albedo_array;
 pub mod bvh;
+pub mod chunks;
 mod default_camera;
 pub mod gltf;
 mod gltf_accessors;
 mod gltf_buffers;
+mod gltf_extensions;
+mod gltf_files;
+mod gltf_glb;
+mod gltf_images;
+mod gltf_instancing;
+mod gltf_json;
+mod gltf_lenient;
+mod gltf_mapping;
 mod gltf_materials;
 mod gltf_mesh;
 mod gltf_nodes;
+pub mod motion;
 pub mod octahedral;
 pub mod query_geometry;
+pub mod refit;
+pub mod sampling;
 pub mod testing;
 pub mod upload;
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{BVec3, Mat4, Vec3, Vec4};
 
 pub use crate::camera::Camera;
 use crate::environment::Environment;
+use motion::Motion;
+use sampling::Sampling;
 
-/// One vertex in world space, as the GPU reads it (24 bytes, no padding).
+/// One vertex in world space, as the GPU reads it (32 bytes, no padding).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Vertex {
@@ -31,8 +45,21 @@ pub struct Vertex {
     pub position_ws: [f32; 3],
     /// Unit normal, octahedral, two 16-bit snorm (see `pack_octahedral`).
     pub normal_oct: u32,
-    /// First texture coordinate set.
+    /// Texture coordinates of the material's textures.
     pub uv: [f32; 2],
+    /// Linear factor of the base colour, RGBA, of 65535; white where the mesh has none.
+    pub color: [u16; 4],
+}
+
+impl Vertex {
+    /// The colour of vertices without one.
+    pub const WHITE: [u16; 4] = [u16::MAX; 4];
+
+    /// The factor of the base colour.
+    #[must_use]
+    pub fn color_factor(&self) -> Vec4 {
+        Vec4::from(self.color.map(f32::from)) / f32::from(u16::MAX)
+    }
 }
 
 /// A run of indices drawn with one material.
@@ -55,8 +82,14 @@ pub struct Material {
     pub base_color: [f32; 4],
     /// Index into [`Scene::textures`], sRGB encoded.
     pub base_color_texture: Option<u32>,
+    /// How that texture is read.
+    pub base_color_sampling: Sampling,
+    /// Whether the colours of its vertices are to be looked at.
+    pub has_vertex_colors: bool,
     /// Index into [`Scene::textures`], linear tangent-space normal map.
     pub normal_texture: Option<u32>,
+    /// How that texture is read.
+    pub normal_sampling: Sampling,
     /// glTF `normalTexture.scale`.
     pub normal_scale: f32,
     /// Below this alpha (texture times factor) the surface is a hole; `None` means opaque.
@@ -65,7 +98,7 @@ pub struct Material {
     pub double_sided: bool,
 }
 
-/// A decoded texture, RGBA8, row 0 at the top, wrap mode repeat.
+/// A decoded texture, RGBA8, row 0 at the top.
 #[derive(Clone, PartialEq)]
 pub struct Texture {
     /// File name, or the name in the glTF.
@@ -145,6 +178,28 @@ pub struct Aabb {
 }
 
 impl Aabb {
+    /// A box of nothing.
+    pub(crate) const EMPTY: Self = Self { min: Vec3::MAX, max: Vec3::MIN };
+
+    /// The box that reaches to a point as well.
+    pub(crate) fn with(&self, point: Vec3) -> Self {
+        Self { min: self.min.min(point), max: self.max.max(point) }
+    }
+
+    /// The box around both.
+    pub(crate) fn union(&self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// The box around this one, which is not empty, after a transform.
+    pub(crate) fn transformed(&self, world: &Mat4) -> Self {
+        let corner = |i: u32| {
+            let high = BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0);
+            world.transform_point3(Vec3::select(high, self.max, self.min))
+        };
+        (0..8).map(corner).fold(Self::EMPTY, |all, point| all.with(point))
+    }
+
     /// Middle of the box.
     #[must_use]
     pub fn center(&self) -> Vec3 {
@@ -184,7 +239,9 @@ pub struct Scene {
     pub environment: Option<Arc<Environment>>,
     /// Towards the sun that the environment is a sky for, before it is turned.
     pub sky_sun: Option<Vec3>,
-    /// Bounds of all vertices used by triangles.
+    /// What of it moves.
+    pub motion: Motion,
+    /// Bounds of all vertices used by triangles, at all moments of the animations that play.
     pub bounds: Aabb,
 }
 

@@ -9,6 +9,7 @@ use glam::Vec3;
 use super::gltf::bounds;
 use super::gltf_materials::default_material;
 use super::gltf_nodes::{default_sun, framing_camera};
+use super::motion::Motion;
 use super::octahedral::pack_octahedral;
 use super::{Draw, LitBy, Material, Scene, Vertex};
 
@@ -18,6 +19,34 @@ pub fn plane(size: f32) -> Scene {
     let h = 0.5 * size;
     let corners = [Vec3::new(-h, 0.0, h), Vec3::new(h, 0.0, h), Vec3::new(h, 0.0, -h), Vec3::new(-h, 0.0, -h)];
     scene_from_quads("plane", &[corners], default_material())
+}
+
+/// A small generator, so that failures of tests repeat.
+pub struct Random(pub u64);
+
+impl Random {
+    /// From 0 to 1.
+    pub fn next_unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// Each component from -1 to 1.
+    pub fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.next_unit(), self.next_unit(), self.next_unit()) * 2.0 - 1.0
+    }
+}
+
+/// So many small parallelograms anywhere within 5 m of the origin along each axis.
+#[must_use]
+pub fn soup(count: usize, random: &mut Random) -> Scene {
+    let quads: Vec<[Vec3; 4]> = (0..count)
+        .map(|_| {
+            let (at, u, v) = (random.vector() * 5.0, random.vector() * 0.4, random.vector() * 0.4);
+            [at, at + u, at + u + v, at + v]
+        })
+        .collect();
+    scene_from_quads("soup", &quads, default_material())
 }
 
 /// A closed cube around the origin, `size` metres wide, seen from inside: all walls of one diffuse `albedo`.
@@ -49,7 +78,12 @@ pub fn scene_from_quads(name: &str, quads: &[[Vec3; 4]], material: Material) -> 
     for quad in quads {
         let first = vertices.len() as u32;
         let normal_oct = pack_octahedral((quad[1] - quad[0]).cross(quad[2] - quad[0]).normalize_or(Vec3::Z));
-        vertices.extend(quad.iter().zip(uvs).map(|(p, uv)| Vertex { position_ws: p.to_array(), normal_oct, uv }));
+        vertices.extend(quad.iter().zip(uvs).map(|(p, uv)| Vertex {
+            position_ws: p.to_array(),
+            normal_oct,
+            uv,
+            color: Vertex::WHITE,
+        }));
         indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
     }
     let bounds = bounds(&vertices, &indices);
@@ -66,6 +100,7 @@ pub fn scene_from_quads(name: &str, quads: &[[Vec3; 4]], material: Material) -> 
         lit_by: LitBy::Lights,
         environment: None,
         sky_sun: None,
+        motion: Motion::default(),
         bounds,
     }
 }

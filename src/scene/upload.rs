@@ -4,10 +4,14 @@
 use glam::Vec3;
 
 use super::albedo_array::{AlbedoArray, build_albedo_array, mip_chains};
-use super::{Light, Scene, Texture};
+use super::sampling::Sampling;
+use super::{Light, Material, Scene, Texture};
 use crate::color::luminance;
 use crate::environment::upload::PreparedEnvironment;
-use crate::shared::{GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NO_LAYER, PunctualLight};
+use crate::shared::{
+    GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, MATERIAL_NORMAL_MAP, MATERIAL_VERTEX_COLORS, NO_LAYER,
+    PunctualLight,
+};
 
 /// Mip levels of one texture: width, height, RGBA8 texels.
 pub type MipChain = Vec<(u32, u32, Vec<u8>)>;
@@ -28,8 +32,8 @@ pub struct PreparedScene {
     pub albedo: AlbedoArray,
     /// Every texture with its mips; whether it is sRGB.
     pub textures: Vec<(bool, MipChain)>,
-    /// Per material: base-colour and normal texture.
-    pub material_textures: Vec<(Option<u32>, Option<u32>)>,
+    /// Per material: base-colour and normal texture, and how they are read.
+    pub material_textures: Vec<[(Option<u32>, Sampling); 2]>,
 }
 
 /// Prepares a scene for upload.
@@ -53,7 +57,7 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
                 albedo_layer: layer.unwrap_or(NO_LAYER),
                 alpha_cutoff: material.alpha_cutoff.unwrap_or(-1.0),
                 normal_scale: material.normal_scale,
-                has_normal_map: u32::from(material.normal_texture.is_some()),
+                flags: flags(material),
             }
         })
         .collect();
@@ -61,7 +65,7 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
         albedo.size_px = 1;
         albedo.layers.push(vec![255; 4]);
     }
-    let (lights, light_flux) = lights(&scene.lights, scene.bounds.radius());
+    let (lights, light_flux) = lights(scene);
     let first_point_light = lights.iter().take_while(|l| l.kind != LIGHT_POINT).count() as u32;
     PreparedScene {
         materials,
@@ -71,8 +75,19 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
         environment: PreparedEnvironment::new(scene.environment.as_deref()),
         albedo,
         textures: textures(scene),
-        material_textures: scene.materials.iter().map(|m| (m.base_color_texture, m.normal_texture)).collect(),
+        material_textures: scene.materials.iter().map(material_textures).collect(),
     }
+}
+
+fn flags(material: &Material) -> u32 {
+    let bit = |is: bool, bit: u32| if is { bit } else { 0 };
+    bit(material.normal_texture.is_some(), MATERIAL_NORMAL_MAP)
+        | bit(material.has_vertex_colors, MATERIAL_VERTEX_COLORS)
+        | material.base_color_sampling.flags()
+}
+
+fn material_textures(material: &Material) -> [(Option<u32>, Sampling); 2] {
+    [(material.base_color_texture, material.base_color_sampling), (material.normal_texture, material.normal_sampling)]
 }
 
 /// Mips of every texture; a texture used as normal map is linear.
@@ -86,7 +101,12 @@ fn textures(scene: &Scene) -> Vec<(bool, MipChain)> {
 
 /// Lights in upload order, with the share of their light paths that start at each: proportional to its flux. And the flux of
 /// all.
-fn lights(lights: &[Light], scene_radius: f32) -> (Vec<PunctualLight>, f64) {
+#[must_use]
+pub fn lights(scene: &Scene) -> (Vec<PunctualLight>, f64) {
+    listed(&scene.lights, scene.bounds.radius())
+}
+
+fn listed(lights: &[Light], scene_radius: f32) -> (Vec<PunctualLight>, f64) {
     let mut list: Vec<(PunctualLight, f64)> = lights.iter().map(|light| punctual(light, scene_radius)).collect();
     list.sort_by_key(|(light, _)| u32::from(light.kind == LIGHT_POINT));
     let total: f64 = list.iter().map(|(_, flux)| flux).sum();
@@ -141,7 +161,7 @@ mod tests {
     fn point_lights_come_last_and_shares_add_up() {
         let point = |i: f32| Light::Point { position_ws: Vec3::ZERO, intensity: Vec3::splat(i) };
         let sun = Light::Directional { direction_ws: Vec3::NEG_Y, irradiance: Vec3::splat(4.0) };
-        let (list, flux) = lights(&[point(1.0), sun, point(3.0)], 1.0);
+        let (list, flux) = listed(&[point(1.0), sun, point(3.0)], 1.0);
         assert_eq!(list[0].kind, LIGHT_DIRECTIONAL);
         // Fluxes 4 pi r^2 = 4 pi, 4 pi and 12 pi.
         let shares: Vec<f32> = list.iter().map(|l| l.path_probability).collect();

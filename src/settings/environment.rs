@@ -16,8 +16,8 @@ settings_group! {
     /// Light from all around the scene.
     #[command(next_help_heading = "Picture")]
     pub struct EnvironmentSettings: Picture {
-        /// Environment light: none, the same radiance from everywhere, an equirectangular image, or a clear sky for the
-        /// scene's sun [default: sky where the scene brings no light, else none]
+        /// Environment light: none, uniform radiance, an equirectangular image, or a clear sky for the scene's sun
+        /// [default: sky if the scene has no light, else none]
         #[arg(id = "environment", long = "environment", value_name = "none|R,G,B|FILE.exr|FILE.hdr|sky", allow_negative_numbers = true)]
         pub source as "environment": Option<EnvironmentSource> = None,
         /// Brightness factor of the environment, 0 or above [default: 1]
@@ -26,7 +26,7 @@ settings_group! {
         /// Rotation of the environment about +y in degrees, counterclockwise seen from above [default: 0]
         #[arg(id = "environment-turn", long = "environment-turn", value_name = "DEGREES", allow_negative_numbers = true)]
         pub turn_deg as "environment-turn": f32 = 0.0,
-        /// Shadow rays per pixel towards the environment, 0 to 64; 0 leaves out its direct light [default: 4]
+        /// Shadow rays per pixel towards the environment, 0 to 64; 0 turns its direct light off [default: 4]
         #[arg(id = "environment-samples", long = "environment-samples", value_name = "N", help_heading = "Shadows")]
         pub samples as "environment-samples": u32 = 4,
     }

@@ -29,8 +29,10 @@ impl Settings {
     pub fn read_over(self, path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
             .map_err(|error| Error::file(path, format!("cannot read the settings file: {error}")))?;
+        // Some editors begin a file with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-        if is_json { from_json(self, path, &text) } else { from_toml(self, path, &text) }
+        if is_json { from_json(self, path, text) } else { from_toml(self, path, text) }
     }
 
     /// The settings as a TOML settings file.
@@ -108,7 +110,7 @@ impl<'de> Visitor<'de> for Over {
         let mut seen = BTreeSet::new();
         while let Some(Key(key)) = map.next_key()? {
             if !seen.insert(key.clone()) {
-                return Err(M::Error::custom(format!("`{key}` stands there twice")));
+                return Err(M::Error::custom(format!("`{key}` is given twice")));
             }
             settings.read_value(&key, &mut map)?;
         }
@@ -218,6 +220,14 @@ mod tests {
     fn a_key_stands_there_once() {
         let (code, sentence) = complaint("s.json", "{\"frames\": 2,\n\"frames\": 3}");
         assert!(code == 2 && sentence.contains("line 2") && sentence.contains("`frames`"), "{sentence}");
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_the_text() {
+        for (name, text) in [("s.toml", "\u{feff}frames = 3\r\n"), ("s.json", "\u{feff}{\"frames\": 3}\r\n")] {
+            let (_folder, path) = file(name, text);
+            assert_eq!(Settings::read(&path).unwrap().run.frames, 3, "{name}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::validate::{above_zero, at_least_one, has_extension, require};
 use super::values::name_or_index;
 use super::{Exposure, PixelPlace, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, ToneMap, View};
 use crate::Result;
-use crate::files::FileKind;
+use crate::files::{FileKind, sequence};
 
 /// Most stops of `--exposure-compensation`, up and down.
 const MOST_STOPS: f32 = 32.0;
@@ -22,8 +22,9 @@ settings_group! {
         #[arg(id = "scene", value_name = "SCENE", help_heading = "Run")]
         #[serde(serialize_with = "path_as_text")]
         pub file as "scene": Option<PathBuf> = None,
-        /// Camera of the scene, by name or by index from 0, or a place and a view as the window saves them: X,Y,Z,AZIMUTH,HEIGHT,YFOV
-        /// in metres and degrees [default: the first, or one inside a room and outside anything else]
+        /// Camera of the scene, by name or by index from 0, or a position and view as the window saves them:
+        /// X,Y,Z,AZIMUTH,HEIGHT,YFOV in metres and degrees [default: the first, or one inside a room and outside
+        /// anything else]
         #[arg(long, value_name = "NAME|INDEX|PLACE", allow_hyphen_values = true)]
         #[serde(deserialize_with = "name_or_index")]
         pub camera: Option<String> = None,
@@ -73,14 +74,16 @@ settings_group! {
     /// What the picture shows, and which technique renders it.
     #[command(next_help_heading = "Method")]
     pub struct RenderSettings: Technique {
-        /// What the picture shows: final, albedo, normal, depth, direct, environment-visibility, indirect, shadow-ratio, shadow-ratio-filtered,
-        /// selected-level, lights-tested, light-count, level-weights or vpls; all writes each into a file named after --output
-        /// [default: final]
+        /// What the picture shows: final, albedo, normal, depth, direct, environment-visibility, indirect,
+        /// shadow-ratio, shadow-ratio-filtered, selected-level, lights-tested, light-count, level-weights, vpls, or for
+        /// pbgi primary-points, secondary-points (both also with -above), cache-count, cache-weights or cache-misses;
+        /// all writes each to a file named after --output [default: final]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]
         pub view: View = View::Final,
-        /// The lighting grid hierarchy, point-based global illumination, direct light alone, or a reference: every light at every
-        /// pixel, path tracing, or every point lit and what each pixel sees of them [default: lgh]
-        #[arg(long, value_enum, hide_possible_values = true, value_name = "lgh|pbgi|direct|brute-force|path-trace|pbgi-reference")]
+        /// The lighting grid hierarchy, point-based global illumination, final gathering over the hierarchy, direct light
+        /// alone, or a reference: every light at every pixel, path tracing, or every point lit and gathered at every pixel
+        /// [default: lgh]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "lgh|pbgi|final-gather|direct|brute-force|path-trace|pbgi-reference")]
         pub technique: Technique = Technique::Lgh,
         /// Mean of this many frames with fresh seeds and sub-pixel jitter, 1 or more [default: 1]
         #[arg(long, value_name = "N")]
@@ -113,14 +116,14 @@ settings_group! {
         #[arg(long, value_name = "INDEX|NAME")]
         #[serde(deserialize_with = "name_or_index")]
         pub gpu: Option<String> = None,
-        /// Run under the Vulkan validation layers; any message is a failure (exit 4)
+        /// Run with the Vulkan validation layers; any message is a failure (exit 4)
         #[arg(long)]
         pub validation: bool = false,
         /// Target for the longest submission to the device in milliseconds, above 0: frames are split between passes, reference
         /// techniques between parts of the picture [default: 200]
         #[arg(long, value_name = "MS", allow_negative_numbers = true)]
         pub max_submit_ms: f32 = 200.0,
-        /// Neither use nor keep the driver's compiled pipelines, which lie in the user's cache folder
+        /// Neither read nor write the pipeline cache in the user's cache folder
         #[arg(long)]
         pub no_pipeline_cache: bool = false,
     }
@@ -130,12 +133,12 @@ settings_group! {
     /// How a window shows pictures.
     #[command(next_help_heading = "Window")]
     pub struct WindowSettings: Window {
-        /// Vulkan present mode: wait for the display, show the newest picture, show it at once, or wait unless it is late
-        /// [default: fifo]
+        /// Vulkan present mode: wait for vertical blank, show the newest picture, show it immediately, or wait unless
+        /// it is late [default: fifo]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "fifo|mailbox|immediate|fifo-relaxed")]
         pub present_mode: PresentMode = PresentMode::Fifo,
-        /// Edge of the rendered picture as a fraction of the window's, 0.05 to 1, or `auto`: 1 at rest, and
-        /// while anything moves what holds about 10 frames per second [default: auto]
+        /// Resolution scale of the picture in the window, per axis, 0.05 to 1, or `auto`: 1 at rest, and in motion what
+        /// keeps about 10 frames per second [default: auto]
         #[arg(long, value_name = "auto|F", allow_negative_numbers = true)]
         pub render_scale: RenderScale = RenderScale::Auto,
     }
@@ -145,7 +148,8 @@ settings_group! {
     /// The files that a run leaves.
     #[command(next_help_heading = "Output")]
     pub struct OutputSettings: Run {
-        /// Write the last frame: .exr (linear radiance) or .png (exposed, tone-mapped)
+        /// Write the last frame: .exr (linear radiance) or .png (exposed, tone-mapped); {frame} in the name writes every measured
+        /// frame, with its number there
         #[arg(id = "output", short = 'o', long = "output", value_name = "PATH")]
         #[serde(serialize_with = "path_as_text")]
         pub picture as "output": Option<PathBuf> = None,
@@ -157,10 +161,10 @@ settings_group! {
         #[arg(long, value_name = "DIR")]
         #[serde(serialize_with = "path_as_text")]
         pub dump: Option<PathBuf> = None,
-        /// Let RenderDoc capture this frame, counted from 0, into gridlight_*.rdc in the working directory
+        /// Capture this frame with RenderDoc, counted from 0, into gridlight_*.rdc in the working directory
         #[arg(long, value_name = "N")]
         pub renderdoc_frame: Option<u32> = None,
-        /// Tell everything about this pixel, counted from the upper left corner (docs/window.md)
+        /// Print everything about this pixel, counted from the upper left corner (docs/window.md)
         #[arg(long, value_name = "X,Y")]
         pub inspect: Option<PixelPlace> = None,
     }
@@ -228,6 +232,12 @@ impl OutputSettings {
 }
 
 impl OutputSettings {
+    /// Whether every measured frame is written.
+    #[must_use]
+    pub fn is_sequence(&self) -> bool {
+        self.picture.as_deref().is_some_and(sequence::is_sequence)
+    }
+
     /// Of several timings of one format the last is written, as of any other option.
     pub fn keep_last_timings(&mut self) {
         let kinds: Vec<_> = self.timings.iter().map(|path| FileKind::of(path)).collect();
@@ -248,6 +258,11 @@ impl Validate for OutputSettings {
         }
         if let Some(path) = &self.picture {
             has_extension("output", path, &[FileKind::Exr, FileKind::Png])?;
+            let in_folder = path.parent().is_some_and(sequence::is_sequence);
+            require(!in_folder, || {
+                let (path, place) = (path.display(), sequence::FRAME_PLACE);
+                format!("--output {path} must have {place} in the file's name, not in its folder's")
+            })?;
         }
         for path in &self.timings {
             has_extension("timings", path, &[FileKind::Json, FileKind::Csv])?;

@@ -8,6 +8,7 @@ mod environment;
 mod file;
 mod group;
 mod groups;
+mod motion;
 mod pbgi_values;
 mod pixel;
 mod scope;
@@ -29,6 +30,7 @@ pub use groups::{
     DeviceSettings, OutputSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, TracingSettings,
     WindowSettings,
 };
+pub use motion::{MotionSettings, VplSeeds};
 pub use pbgi_values::{Coverage, Hemisphere, MicroFill, Selection};
 pub use pixel::PixelPlace;
 pub use scope::Scope;
@@ -87,6 +89,8 @@ macro_rules! settings_tree {
 settings_tree! {
     /// What is looked at, from where, and under which sun.
     scene: SceneSettings,
+    /// Which moments of a scene that moves are shown.
+    motion: MotionSettings,
     /// Light from all around the scene.
     environment: EnvironmentSettings,
     /// How a run goes.

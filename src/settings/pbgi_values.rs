@@ -17,32 +17,32 @@ pub enum MicroFill {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coverage {
-    /// Its share of the texel.
+    /// Fractional: its share of the texel.
     Fraction,
-    /// All of it, as in the paper.
+    /// All or nothing, as in the paper: all if points hide at least half.
     Binary,
 }
 
-/// How the texels of a micro-buffer divide the hemisphere.
+/// Mapping of the hemisphere to the texels of a micro-buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Hemisphere {
     /// A paraboloid, as in the paper: the solid angle of texels at the rim is a quarter of that in the middle.
     Paraboloid,
-    /// The concentric map: texels of the same cosine weight.
+    /// The concentric map: texels of equal cosine weight.
     Concentric,
 }
 
-/// How those of the points that are seen are found that need a micro-buffer of their own.
+/// How to find the visible points that need their own micro-buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Selection {
-    /// As `levels`; and points that are seen borrow the light of the point above or below, if that is lit.
+    /// As `levels`; in addition, visible points borrow the light of a point above or below in the tree, if it is lit.
     Borrow,
-    /// Level by level: down from primary points first, so that what lies under them helps on the way up.
+    /// Level by level: top-down from primary points first, so that the points below them help on the way up.
     Levels,
-    /// Level by level, upwards first, as in the paper: never fewer points.
+    /// Level by level, bottom-up first, as in the paper: never fewer points.
     Paper,
-    /// As `levels`, in one dispatch: from each leaf up for as long as one is the second to arrive, the paper's mechanism.
+    /// As `levels`, in one dispatch: from each leaf upwards as long as it is the second to arrive, as in the paper.
     Arrival,
 }

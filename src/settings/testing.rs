@@ -4,6 +4,7 @@ use super::{
     CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels, LightSet,
     LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection, Settings,
     ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
+    VplSeeds,
 };
 
 /// Settings of which none is the default.
@@ -16,6 +17,10 @@ pub fn every_value_changed() -> Settings {
         s.picture.size = Size { width: 320, height: 180 };
         s.scene.camera = Some("atrium".into());
         s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: 20.5 });
+        s.motion.time_s = 1.5;
+        s.motion.fps = 25.0;
+        s.motion.animation = Some("walk".into());
+        s.many_lights.vpl_seeds = Some(VplSeeds::Fresh);
         s.environment.source = Some(EnvironmentSource::File("a/b c.hdr".into()));
         s.environment.scale = 0.5;
         s.environment.turn_deg = -30.0;
@@ -28,6 +33,7 @@ pub fn every_value_changed() -> Settings {
         s.pbgi.hemisphere = Hemisphere::Concentric;
         s.pbgi.selection = Selection::Paper;
         s.pbgi.sun_leaves = 2;
+        s.pbgi.point_bounces = 3;
         s.pbgi.reuse = Switch::On;
         s.render.accumulate = 4;
         s.render.direct = Switch::Off;

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 use super::{Levels, Settings, Switch};
-use crate::files::FileKind;
+use crate::files::{FileKind, sequence};
 use crate::{Error, Result};
 
 impl Settings {
@@ -61,6 +61,12 @@ impl Settings {
         let (run, accumulate) = (&self.run, self.render.accumulate);
         require(run.frames == 1 || accumulate == 1, || {
             "--frames and --accumulate both say how many frames are rendered: give one of them".to_owned()
+        })?;
+        require(accumulate == 1 || !self.output.is_sequence(), || {
+            let place = sequence::FRAME_PLACE;
+            format!(
+                "--output with {place} writes every frame, and --accumulate makes one picture of all: leave one of them out"
+            )
         })?;
         let Some(frame) = self.output.renderdoc_frame.filter(|_| run.headless) else { return Ok(()) };
         let frames = run.warmup + run.frames.max(accumulate);
@@ -199,6 +205,10 @@ mod tests {
         let sentence =
             complaint(|s| (s.output.picture, s.output.timings) = (Some("a.png".into()), vec!["a.png".into()]));
         assert_eq!(sentence, "--output and --timings are the same file, a.png: give two names");
+        let sentence = complaint(|s| s.output.picture = Some("f-{frame}/a.png".into()));
+        assert_eq!(sentence, "--output f-{frame}/a.png must have {frame} in the file's name, not in its folder's");
+        let sentence = complaint(|s| (s.output.picture, s.render.accumulate) = (Some("a-{frame}.png".into()), 2));
+        assert!(sentence.starts_with("--output with {frame} writes every frame"), "{sentence}");
         let sentence = complaint(|s| s.output.timings = vec!["a.csv".into(), "b.csv".into()]);
         assert_eq!(sentence, "--timings is given 2 times as .csv: give one");
         let sentence = complaint(|s| (s.output.dump, s.output.picture) = (Some("d".into()), Some("d/a.png".into())));

@@ -39,15 +39,17 @@ pub(super) fn count(text: &str) -> Result<u32, String> {
 pub enum Technique {
     /// The lighting grid hierarchy: direct and indirect light.
     Lgh,
-    /// Point-based global illumination: one bounce of the light of an environment, of suns and of lamps.
+    /// Point-based global illumination: light of an environment, of suns and of lamps, with one bounce or more.
     Pbgi,
+    /// Points that look light of all bounces up in the lighting grid hierarchy, and what pixels see of them.
+    FinalGather,
     /// Direct light only.
     Direct,
     /// Every virtual point light shaded at every pixel: the reference for the hierarchy.
     BruteForce,
     /// Unidirectional path tracing: the reference for everything.
     PathTrace,
-    /// Every point lit, and what each pixel sees of them: the reference for point-based global illumination.
+    /// Every point lit and gathered at every pixel: the reference for point-based global illumination.
     PbgiReference,
 }
 
@@ -55,9 +57,9 @@ pub enum Technique {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Switch {
-    /// With it.
+    /// On.
     On,
-    /// Without it.
+    /// Off.
     Off,
 }
 
@@ -69,17 +71,17 @@ impl Switch {
     }
 }
 
-/// How a grid light sends out its flux.
+/// Emission lobe of a grid light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lobe {
-    /// A clamped cosine about the mean normal for the part that agrees on it, uniform for the rest.
+    /// A clamped cosine around the mean normal for the coherent part of the normals, uniform for the rest.
     Mixture,
-    /// A clamped cosine about the mean normal, scaled by its length: loses flux where normals disagree.
+    /// A clamped cosine around the mean normal, scaled by its length: loses flux where normals disagree.
     ClampedNormal,
     /// First-order spherical harmonics, clamped at zero.
     Sh1,
-    /// The non-linear first-order reconstruction of Geomerics: never negative, keeps the flux.
+    /// Geomerics' non-linear first-order reconstruction: never negative, preserves the flux.
     Sh1Nonlinear,
 }
 
@@ -96,13 +98,13 @@ impl Lobe {
     }
 }
 
-/// Where a grid light is.
+/// Position of a grid light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum CenterWeight {
     /// The mean position of its lights, weighted by luminance.
     Intensity,
-    /// The mean position of its lights, each counting the same.
+    /// The unweighted mean position of its lights.
     Uniform,
 }
 
@@ -121,7 +123,7 @@ pub enum View {
     Depth,
     /// Direct light.
     Direct,
-    /// How much of the environment's light reaches the surface.
+    /// Fraction of the environment's light that reaches the surface.
     EnvironmentVisibility,
     /// Indirect light without shadows.
     Indirect,
@@ -153,7 +155,7 @@ pub enum View {
     CacheCount,
     /// The weights of those caches.
     CacheWeights,
-    /// Pixels that lie in no cache's reach.
+    /// Pixels outside every cache's reach.
     CacheMisses,
 }
 
@@ -173,9 +175,9 @@ pub enum LightSet {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum VplImportance {
-    /// Where the light of what the camera sees comes from.
+    /// More where the light that the camera sees comes from.
     View,
-    /// As many everywhere.
+    /// Uniformly.
     None,
 }
 
@@ -183,7 +185,7 @@ pub enum VplImportance {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightingMode {
-    /// Light volumes: polyhedra that are drawn and blended, as in the paper.
+    /// Light volumes: polyhedra drawn with additive blending, as in the paper.
     Volumes,
     /// Tiles of pixels gather the lights within reach, in compute.
     Gather,
@@ -195,7 +197,7 @@ pub enum LightingMode {
 pub enum Reservoir {
     /// Plain read-modify-write, without locks.
     Race,
-    /// Under a lock for each pixel.
+    /// With a lock for each pixel.
     Lock,
     /// One 64-bit atomic minimum: independent of order, deterministic.
     Exact,
@@ -229,7 +231,7 @@ pub enum LevelBuild {
 pub enum FirstLevelBuild {
     /// Each vertex sums the lights of its cells, listed by cell.
     Sorted,
-    /// Each light adds itself to its vertices by atomic additions.
+    /// Each light is added to its vertices with atomic additions.
     Atomic,
 }
 
@@ -239,19 +241,20 @@ pub enum FirstLevelBuild {
 pub enum ShadowPoints {
     /// On one of the S1 lights that the chosen light is made of, picked by luminance.
     Descent,
-    /// Jittered about the chosen light's centre by its deviation, as in the paper.
+    /// Jittered around the chosen light's centre by its standard deviation, as in the paper.
     Deviation,
 }
 
-/// What the picture makes of the shadow samples.
+/// Estimator of shadowed light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShadowEstimate {
-    /// The light of the hierarchy times the part of it that the samples find unblocked, as in the paper.
+    /// The hierarchy's light times the shadow ratio of the samples, as in the paper.
     Ratio,
-    /// What the samples find, where the few that stand out from all around them are cut.
+    /// The shadowed samples' own sum, with outliers clamped.
     Corrected,
-    /// What the samples find: on average the light of every VPL, whatever the grid lights stand for.
+    /// The shadowed samples' own sum, unbiased: on average the light of every VPL, whatever the error of the grid
+    /// lights.
     Unbiased,
 }
 
@@ -277,15 +280,15 @@ pub enum ShadowFilter {
     None,
 }
 
-/// What becomes of exposed radiance on a display.
+/// Tone curve from exposed radiance to a display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum ToneMap {
     /// x / (1 + x) in each channel: soft and pale, never quite white.
     Reinhard,
-    /// AgX: the contrast of film, bright colours fade to white without a change of hue.
+    /// AgX: film-like contrast, bright colours desaturate to white without a hue shift.
     Agx,
-    /// Khronos PBR Neutral: colours as they are up to near white, only highlights are compressed.
+    /// Khronos PBR Neutral: colours unchanged up to near white, only highlights are compressed.
     Neutral,
 }
 

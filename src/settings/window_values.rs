@@ -12,13 +12,13 @@ use super::values::from_word;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum PresentMode {
-    /// Each waits for the display; there on every system.
+    /// Every picture waits for vertical blank; always available.
     Fifo,
-    /// The display takes the newest.
+    /// The newest picture is shown at the next vertical blank.
     Mailbox,
-    /// At once, torn if need be.
+    /// Pictures are shown immediately and may tear.
     Immediate,
-    /// As `fifo`, but a late one is shown at once.
+    /// As `fifo`, but a late picture is shown immediately.
     FifoRelaxed,
 }
 

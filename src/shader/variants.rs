@@ -52,7 +52,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("micro_buffers/trace_texels.comp.glsl", TRACED_TEXELS),
     ("micro_buffers/splat_points.comp.glsl", KEEPING),
     ("point_reuse/keep_light.comp.glsl", MICRO_FILLS),
-    ("point_light/light_primaries.comp.glsl", RAYS),
+    ("point_light/light_primaries.comp.glsl", LIT_BY),
     ("point_light/light_secondaries.comp.glsl", MICRO_BUFFERS),
     ("path_trace/trace_pixels.comp.glsl", RAYS),
     ("pbgi_reference/gather_pixels.comp.glsl", RAYS),
@@ -105,7 +105,16 @@ const TRACED_TEXELS: &[VariantSpec] = &[
 /// Light of points depends on the rays that have seen them, or on nothing but the point.
 const MICRO_FILLS: &[VariantSpec] = &[("", &[]), ("_points", &[("MICRO_POINTS", "1")])];
 
-/// What fills micro-buffers of the points that need one, or of all leaves: rays, or points, beside rays towards lamps.
+/// The first bounce alone, or all of them from the lighting grid hierarchy.
+const LIT_BY: &[VariantSpec] = &[
+    ("", &[]),
+    ("_query", &[("RAY_QUERY", "1")]),
+    ("_lights", &[("GATHERS_LIGHTS", "1")]),
+    ("_lights_query", &[("GATHERS_LIGHTS", "1"), ("RAY_QUERY", "1")]),
+];
+
+/// What fills micro-buffers of the points that need one, or of all leaves: rays, or points, beside rays towards lamps;
+/// what they see is kept for more bounces, or all of these come from the lighting grid hierarchy.
 const MICRO_BUFFERS: &[VariantSpec] = &[
     ("", &[]),
     ("_query", &[("RAY_QUERY", "1")]),
@@ -113,6 +122,14 @@ const MICRO_BUFFERS: &[VariantSpec] = &[
     ("_leaves_query", &[("ALL_LEAVES", "1"), ("RAY_QUERY", "1")]),
     ("_points", &[("MICRO_POINTS", "1")]),
     ("_points_query", &[("MICRO_POINTS", "1"), ("RAY_QUERY", "1")]),
+    ("_keys", &[("KEEPS_KEYS", "1")]),
+    ("_keys_query", &[("KEEPS_KEYS", "1"), ("RAY_QUERY", "1")]),
+    ("_points_keys", &[("MICRO_POINTS", "1"), ("KEEPS_KEYS", "1")]),
+    ("_points_keys_query", &[("MICRO_POINTS", "1"), ("KEEPS_KEYS", "1"), ("RAY_QUERY", "1")]),
+    ("_lights", &[("GATHERS_LIGHTS", "1")]),
+    ("_lights_query", &[("GATHERS_LIGHTS", "1"), ("RAY_QUERY", "1")]),
+    ("_points_lights", &[("MICRO_POINTS", "1"), ("GATHERS_LIGHTS", "1")]),
+    ("_points_lights_query", &[("MICRO_POINTS", "1"), ("GATHERS_LIGHTS", "1"), ("RAY_QUERY", "1")]),
 ];
 
 /// Kinds of images.

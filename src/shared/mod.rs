@@ -180,6 +180,22 @@ shared_constants! {
     BLURRED_ROWS = 32;
     /// Sizes of the caps that the environment's means are taken over.
     BLURRED_LEVELS = 3;
+    /// Words of a scene vertex: `scene::Vertex`.
+    VERTEX_WORDS = 8;
+    /// Bit of a material's flags: it has a normal map.
+    MATERIAL_NORMAL_MAP = 1;
+    /// Bit of a material's flags: the colours of its vertices are factors of the base colour.
+    MATERIAL_VERTEX_COLORS = 2;
+    /// Bit of a material's flags: between texels of the base colour it has the nearest one.
+    MATERIAL_NEAREST = 4;
+    /// Where two bits for each axis begin that say what the base colour's texture is beyond its edges: a `WRAP_`.
+    MATERIAL_WRAP_SHIFT = 3;
+    /// The same again.
+    WRAP_REPEAT = 0;
+    /// The same again, every other time mirrored.
+    WRAP_MIRROR = 1;
+    /// The texels at the edge.
+    WRAP_CLAMP = 2;
     /// Marks "no texture layer".
     NO_LAYER = 0xffff_ffff;
     /// Marks "no light" in a reservoir.

@@ -136,8 +136,8 @@ shared_structs! {
         pub alpha_cutoff: f32,
         /// glTF normal scale.
         pub normal_scale: f32,
-        /// 1 when the material has a normal map.
-        pub has_normal_map: u32,
+        /// `MATERIAL_` bits.
+        pub flags: u32,
     }
 
     /// What a texel of a micro-buffer stands for (`micro_buffers::table`).

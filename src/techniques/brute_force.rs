@@ -71,7 +71,7 @@ impl TechniqueShape for BruteForceShape {
     }
 
     fn add_passes(&self, frame: &mut Frame, gbuffer: &GBuffer) -> Added {
-        let lights = many_lights::add_lights(frame, &self.0);
+        let lights = frame.kept(|frame| many_lights::add_lights(frame, &self.0));
         let lighting = brute_force::add(frame, gbuffer, &lights, &self.0);
         let indirect = Indirect { lighting, shadows: None, has_share: true };
         let outputs = TechniqueOutputs::new(vec![lights.counts], lights);

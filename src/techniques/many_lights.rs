@@ -243,14 +243,13 @@ pub(super) const DUMP: &[Entry] = &[
         "start_cells",
         COUNT,
         start_cells,
-        "Where light paths start: cells of the cube of a light's position in their order and the light's two numbers, each \
-         with its share of the paths.",
+        "Density of the starts of light paths: cells in the cube of the light's position in order and the light's two random numbers, each with its share of the paths.",
     ),
     buffer(
         "vpl_slot_positions",
         METRES_AND_BITS,
         slot_positions,
-        "Positions and normals of the VPLs where the paths left them: bounce b of path p is slot p * bounces + b.",
+        "Positions and normals of the VPLs in the slots that the paths wrote: bounce b of path p is slot p * bounces + b.",
     ),
     buffer("vpl_slot_fluxes", "flux", slot_fluxes, "Fluxes of the VPLs in the same slots."),
     noted(buffer("vpl_slot_bits", "bits", all_words, "One bit for each slot, 1 where it holds a VPL.")),
@@ -265,7 +264,7 @@ pub(super) const DUMP: &[Entry] = &[
         "light_fluxes",
         "flux",
         light_fluxes,
-        "Fluxes of the lights S0; is_vpl is 1 for VPLs and 0 for lights that shine in all directions.",
+        "Fluxes of the lights S0; is_vpl is 1 for VPLs and 0 for lights that emit in all directions.",
     ),
     noted(buffer("light_counts", COUNT, light_counts, "Lights in S0, VPLs among them, and VPLs that did not fit.")),
 ];

@@ -13,6 +13,7 @@ mod rules;
 mod shape;
 mod spacing;
 mod starts;
+mod unused;
 
 use crate::dump::Entry;
 use crate::job::Job;
@@ -24,10 +25,18 @@ pub use brute_force::BruteForceShape;
 pub use counts::{Cell, Count, InspectorImage, InspectorTable};
 pub use rules::{check, check_with};
 pub use shape::{Added, AddedView, AnyShape, InspectPass, Shapes, TechniqueOutputs, TechniqueShape};
+pub use unused::why_unused;
 
 /// Every technique, in the order in which they are offered.
-pub static TECHNIQUES: &[&dyn Technique] =
-    &[&lgh::Lgh, &pbgi::Pbgi, &direct::Direct, &brute_force::BruteForce, &path_trace::PathTrace, &pbgi::PbgiReference];
+pub static TECHNIQUES: &[&dyn Technique] = &[
+    &lgh::Lgh,
+    &pbgi::Pbgi,
+    &pbgi::FinalGather,
+    &direct::Direct,
+    &brute_force::BruteForce,
+    &path_trace::PathTrace,
+    &pbgi::PbgiReference,
+];
 
 /// A way to light a scene.
 pub trait Technique: Sync {
@@ -143,6 +152,7 @@ pub(crate) mod testing {
             coverage: Coverage::Fraction,
             hemisphere: Hemisphere::Paraboloid,
             selection: Selection::Levels,
+            bounces: 3,
             environment_means: vec![[0.0; 4]; 4].into(),
         };
         let points = PbgiShape { micro: MicroFill::Points, selection: Selection::Arrival, ..rays.clone() };

@@ -101,6 +101,31 @@ mod tests {
     }
 
     #[test]
+    fn final_gathering_says_what_it_has_no_use_for() {
+        let complaint = |change: fn(&mut Settings)| {
+            complaint(|s| {
+                s.render.technique = Named::FinalGather;
+                change(s);
+            })
+        };
+        let sentence = complaint(|s| s.many_lights.bounces = 1);
+        assert!(sentence.contains("--bounces 1 leaves none: give at least 2"), "{sentence}");
+        let sentence = complaint(|s| s.pbgi.point_bounces = 4);
+        assert!(sentence.contains("leave --point-bounces 4 out"), "{sentence}");
+        let sentence = complaint(|s| s.lgh.first_level = 0);
+        assert!(sentence.contains("leave --first-level at 1"), "{sentence}");
+    }
+
+    #[test]
+    fn one_bounce_of_the_reference_of_points_is_all() {
+        let sentence = complaint(|s| (s.render.technique, s.pbgi.point_bounces) = (Named::PbgiReference, 3));
+        assert_eq!(
+            sentence,
+            "--technique pbgi-reference has one bounce, not 3: leave --point-bounces out, or choose --technique pbgi"
+        );
+    }
+
+    #[test]
     fn a_missing_view_names_both() {
         let sentence = complaint(|s| (s.render.technique, s.render.view) = (Named::Direct, View::LightsTested));
         assert_eq!(sentence, "--technique direct has no --view lights-tested: choose --technique lgh");

@@ -17,7 +17,7 @@ pub const LEVEL_COLORS: [u32; MAX_COLORS] =
 
 /// Colours of points by where their light comes from: `LIGHT_OF_*`.
 const LIGHT_COLORS: [u32; 4] = [0xff5a36, 0xffd23f, 0x3a86ff, 0x7ac74f];
-const LIGHT_WORDS: [&str; 4] = ["own", "children", "primary", "parent"];
+const LIGHT_WORDS: [&str; 4] = ["own", "children", "primary", "above"];
 
 /// Colours of pixels by the caches that they have: `CACHES_*`.
 const MISS_COLORS: [u32; 4] = [0x74829a, 0xffe119, 0xf58231, 0xff2020];

@@ -192,6 +192,7 @@ pub fn frame_shape() -> FrameShape {
         rays: gridlight::settings::Rays::Bvh,
         view: View::Final,
         inspect: false,
+        keeps_lights: false,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Rooms to render in.
 
+use std::f32::consts::PI;
 use std::path::Path;
 
 use glam::Vec3;
@@ -26,6 +27,25 @@ pub fn lamp_room(albedo: Vec3) -> Scene {
     let mut scene = box_room(4.0, albedo);
     scene.lights = vec![Light::Point { position_ws: Vec3::new(0.3, 0.9, 0.2), intensity: Vec3::new(9.0, 6.0, 3.0) }];
     scene.cameras = vec![camera(Vec3::new(-1.5, 0.3, 1.4), Vec3::new(0.7, -0.2, -0.9).normalize(), 1.2)];
+    scene
+}
+
+/// The inside of a ball of radius 1 about a lamp that gives it an irradiance of pi, from near its centre: all of it has the same
+/// light, and sends the same to all of it.
+pub fn inside_of_ball(albedo: f32) -> Scene {
+    let (columns, rows) = (48, 24);
+    let at = |x: u32, y: u32| {
+        let x = if y == 0 || y == rows { 0 } else { x % columns };
+        let (around, down) = (x as f32 / columns as f32 * 2.0 * PI, y as f32 / rows as f32 * PI);
+        Vec3::new(down.sin() * around.cos(), down.cos(), down.sin() * around.sin())
+    };
+    let quads: Vec<_> = (0..columns * rows)
+        .map(|i| (i % columns, i / columns))
+        .map(|(x, y)| [at(x + 1, y + 1), at(x + 1, y), at(x, y), at(x, y + 1)])
+        .collect();
+    let mut scene = scene_from_quads("ball", &quads, diffuse("grey", Vec3::splat(albedo)));
+    scene.lights = vec![Light::Point { position_ws: Vec3::ZERO, intensity: Vec3::splat(PI) }];
+    scene.cameras = vec![camera(Vec3::new(0.1, 0.05, 0.3), Vec3::new(0.3, -0.1, -1.0).normalize(), 0.9)];
     scene
 }
 

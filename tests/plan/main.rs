@@ -6,6 +6,7 @@ mod errors;
 mod history;
 mod hoisting;
 mod imported;
+mod kept;
 mod levels;
 mod random;
 mod scenarios;

@@ -1,6 +1,7 @@
 """Point-based global illumination, in the paper's way and in the default one: the paper's Figure 5 (how many points of each
 kind there are), Figure 6 (times by stage), Table 1 and Figure 8 (against every point lit) beside its numbers."""
 import json
+import shlex
 import sys
 import tempfile
 from pathlib import Path
@@ -55,10 +56,11 @@ def run(options):
     missing = len(SCENES) - len(scenes)
     if missing:
         print(f"skipped: {missing} scenes that are not in {shared_folder()}", file=sys.stderr)
-    found = {scene.name: measure(options, scene) for scene in scenes}
-    timings = next(iter(found.values()))["timings"]
-    folder = report.folder_of(options, timings)
-    differences = {scene.name: compare(options, scene, folder) for scene in scenes}
+    with tempfile.TemporaryDirectory() as place:
+        found = {scene.name: measure(options, scene, Path(place)) for scene in scenes}
+        timings = next(iter(found.values()))["timings"]
+        folder = report.folder_of(options, timings)
+        differences = {scene.name: compare(options, scene, Path(place), folder) for scene in scenes}
     lines = page(options, found, differences)
     cases = [{"scene": name, "ways": entry["ways"], "difference": differences[name]} for name, entry in found.items()]
     said = {**timings, "scene": {"name": "each below", "camera": "that of each"}}
@@ -71,9 +73,14 @@ def arguments(options, way):
     return f"--technique pbgi --points {options.points} --size {options.size} {WAYS[way]}".strip()
 
 
-def measure(options, scene):
-    """Both ways of a scene, alternating."""
-    cases = [Case(way, arguments(options, way), options.repeats) for way in WAYS]
+def picture_of(place, scene, way):
+    return place / f"{scene.name.lower()}-{way}.exr"
+
+
+def measure(options, scene, place):
+    """Both ways of a scene, alternating; their pictures are left in `place`."""
+    cases = [Case(way, f"{arguments(options, way)} --output {shlex.quote(str(picture_of(place, scene, way)))}",
+                  options.repeats) for way in WAYS]
     print(f"{scene.name}:", file=sys.stderr)
     measured = protocol.measure(scene.program, cases, options.frames, options.warmup,
                                 lambda names: assign(names, PBGI_ROWS))
@@ -87,33 +94,37 @@ def stages(measurement):
     return {title: measurement.sum_of(names).as_json() for title, names in sums.items()}
 
 
-def compare(options, scene, folder):
-    """The default way against every point lit and a micro-buffer at every pixel, and the picture of it."""
+def compare(options, scene, place, folder):
+    """Both ways against every point lit and a micro-buffer at every pixel, and the picture of the default one."""
+    size = f"--points {options.points} --size {options.size}"
+    reference = place / "reference.exr"
+    scene.program.run(f"--technique pbgi-reference {size}", "--output", reference)
+    errors = {way: errors_of(scene.program, reference, picture_of(place, scene, way)) for way in WAYS}
+    found = {way: {key: errors[way].get(key) for key in ("energy_ratio", "relmse", "flip")} for way in WAYS}
+    if options.quick:
+        return {"errors": found, "picture": None}
+    # One exposure for both, or the difference would show that of exposures.
+    pictures = [place / f"{technique}.png" for technique in ("pbgi", "pbgi-reference")]
+    for picture in pictures:
+        shown = f"--technique {picture.stem} {size} --exposure {errors['default']['exposure']}"
+        scene.program.run(shown, "--output", picture)
+    drawing = f"pbgi-{scene.name.lower()}.svg"
+    drawn = plot.draw("difference", [str(picture) for picture in pictures], folder / drawing)
+    return {"errors": found, "picture": drawing if drawn else None}
+
+
+def errors_of(program, reference, picture):
     with tempfile.TemporaryDirectory() as name:
-        place = Path(name)
-        size = f"--points {options.points} --size {options.size}"
-        for technique in ("pbgi", "pbgi-reference"):
-            scene.program.run(f"--technique {technique} {size}", "--output", place / f"{technique}.exr")
-        metrics = place / "metrics.json"
-        protocol.execute([scene.program.path, "compare", str(place / "pbgi-reference.exr"), str(place / "pbgi.exr"),
-                          "--quiet", "--json", str(metrics)])
-        errors = json.loads(metrics.read_text())["metrics"]
-        # One exposure for both, or the difference would show that of exposures.
-        for technique in ("pbgi", "pbgi-reference"):
-            scene.program.run(f"--technique {technique} {size} --exposure {errors['exposure']}", "--output",
-                              place / f"{technique}.png")
-        drawing = f"pbgi-{scene.name.lower()}.svg"
-        pictures = [str(place / f"{technique}.png") for technique in ("pbgi", "pbgi-reference")]
-        drawn = not options.quick and plot.draw("difference", pictures, folder / drawing)
-    return {"energy_ratio": errors.get("energy_ratio"), "relmse": errors["relmse"], "flip": errors["flip"],
-            "picture": drawing if drawn else None}
+        metrics = Path(name) / "metrics.json"
+        protocol.execute([program.path, "compare", str(reference), str(picture), "--quiet", "--json", str(metrics)])
+        return json.loads(metrics.read_text())["metrics"]
 
 
 def page(options, found, differences):
     lines = [f"{options.size}, {options.points} points. The paper: {published.PBGI_DEVICE}, 1280x720, 500k points.", ""]
     if options.quick:
         lines += ["**A quick run: its times say nothing.**", ""]
-    lines += [f"`{way}` is `{options_of or 'as by default'}`." for way, options_of in WAYS.items()]
+    lines += [f"`{way}` is " + (f"`{way_options}`." if way_options else "what is used without options.") for way, way_options in WAYS.items()]
     lines += ["", "## Figure 5: points", "", "Beside each number its share of all points; *lit* is what is left of those seen "
               "once light of others tells theirs.", ""]
     lines += table(["scene", "way", *COUNTS.values(), "lit of seen"], points_rows(options, found), words=2)
@@ -124,11 +135,11 @@ def page(options, found, differences):
     lines += table(["stage", *(f"{scene}, {way}" for scene, way in columns)],
                    [[row.title, *(stage_cell(found[scene]["ways"][way]["stages"].get(row.title)) for scene, way in columns)]
                     for row in PBGI_ROWS])
-    lines += ["", "## Figure 8: against every point lit", "", "The default way against `--technique pbgi-reference`; pictures "
-              "are ours, the reference, and their difference times four.", ""]
-    lines += table(["scene", "energy", "relMSE", "FLIP"],
-                   [[scene, *(f"{entry[key]:.4f}" for key in ("energy_ratio", "relmse", "flip"))]
-                    for scene, entry in differences.items()])
+    lines += ["", "## Figure 8: against every point lit", "", "Against `--technique pbgi-reference`; pictures are the default "
+              "way, the reference, and their difference times four.", ""]
+    lines += table(["scene", "way", "energy", "relMSE", "FLIP"],
+                   [[scene, way, *(f"{value:.4f}" for value in entry["errors"][way].values())]
+                    for scene, entry in differences.items() for way in WAYS], words=2)
     lines += [f"\n![{scene}]({entry['picture']})" for scene, entry in differences.items() if entry["picture"]]
     lines += ["", "## Commands", ""]
     return lines + [f"    {entry['ways'][way]['command']}" for entry in found.values() for way in WAYS]

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use crate::app::setup::read_scene;
 use crate::renderer::ReadyScene;
 use crate::scene::Scene;
-use crate::settings::{EnvironmentSettings, SunPlace};
+use crate::settings::{EnvironmentSettings, MotionSettings, SunPlace};
 use crate::{Error, Result};
 
 /// What is to be loaded.
@@ -17,6 +17,8 @@ pub struct Wanted {
     pub path: Option<PathBuf>,
     /// Where its sun stands, when that is not left to the scene.
     pub sun: Option<SunPlace>,
+    /// Which moment of it is shown.
+    pub motion: MotionSettings,
     /// What is around it.
     pub environment: EnvironmentSettings,
     /// It is the scene that is shown, in other light: camera and sun stay.
@@ -53,7 +55,7 @@ impl Loading {
                 }
             };
             let report = |step: &str, done: u64, total: u64| say(format!("{step} {} %", 100 * done / total.max(1)));
-            let scene = read_scene(asked.path.as_deref(), asked.sun, &asked.environment, &report)?;
+            let scene = read_scene(asked.path.as_deref(), asked.sun, &asked.motion, &asked.environment, &report)?;
             say("BVH".to_owned());
             let ready = ReadyScene::new(&scene, array_layers);
             Ok(Loaded { scene, ready })

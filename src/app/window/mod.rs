@@ -5,10 +5,12 @@ mod app;
 mod camera;
 mod keys;
 mod loader;
+mod measuring;
 mod panel;
 mod presenter;
 mod presets;
 mod quality;
+mod recent;
 mod refinement;
 #[cfg(feature = "shader-compiler")]
 mod reload;

@@ -30,7 +30,7 @@ pub struct View<'a> {
     pub divider: f32,
     /// What is drawn over the pictures.
     pub panel: &'a PanelPicture,
-    /// How the window's pictures take turns.
+    /// Vulkan present mode of the window.
     pub present_mode: PresentMode,
 }
 

@@ -15,7 +15,7 @@ pub struct Preset {
 pub const PRESETS: [Preset; 5] = [
     Preset {
         name: "paper",
-        help: "The choices of Lin and Yuksel 2019 where this program's defaults differ",
+        help: "The settings of Lin and Yuksel 2019 where the program's defaults differ",
         change: |s| {
             s.lgh.lobe = Lobe::ClampedNormal;
             s.lgh.shadow_points = ShadowPoints::Deviation;
@@ -24,7 +24,7 @@ pub const PRESETS: [Preset; 5] = [
     },
     Preset {
         name: "paper, points",
-        help: "Point-based global illumination with the choices of Harada 2014 where this program's defaults differ",
+        help: "Point-based global illumination with the settings of Harada 2014 where the program's defaults differ",
         change: |s| {
             s.render.technique = Technique::Pbgi;
             s.pbgi.micro = MicroFill::Points;
@@ -35,7 +35,7 @@ pub const PRESETS: [Preset; 5] = [
     },
     Preset {
         name: "fastest",
-        help: "Few lights, one shadow ray per pixel, each pixel sees a sixteenth of the lights",
+        help: "Few lights, one shadow ray per pixel, each pixel evaluates a sixteenth of the lights",
         change: |s| {
             s.many_lights.vpls = 2_000;
             s.many_lights.bounces = 2;
@@ -53,7 +53,7 @@ pub const PRESETS: [Preset; 5] = [
     },
     Preset {
         name: "reference",
-        help: "Path tracing, one path per pixel and frame, the mean of 1024 frames while the camera stands still",
+        help: "Path tracing, one path per pixel and frame, accumulating 1024 frames while the camera is still",
         change: |s| {
             s.render.technique = Technique::PathTrace;
             s.path_trace.samples = 1;

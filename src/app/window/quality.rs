@@ -1,15 +1,22 @@
 //! What is rendered while something moves, and what at rest: the settings in use, made cheaper in steps where the device needs
 //! that. `--render-scale F` renders the settings as they are, at that scale.
 
-use crate::settings::{RenderScale, Settings, Size, Technique, View};
+use crate::settings::{RenderScale, Settings, ShadowPoints, Size, Switch, Technique, View};
 use crate::techniques;
 
 /// While something moves pictures have no more lights than this, on a device that is too slow for those asked for.
 const MOVING_VPLS: u32 = 5_000;
+/// The same for points that stand for surfaces.
+const MOVING_POINTS: u32 = 16_384;
 /// Interleaving of such pictures.
 const MOVING_INTERLEAVE: u32 = 2;
 /// Frames whose mean a window at rest shows, unless more are asked for.
-pub const REST_FRAMES: u32 = 64;
+pub const REST_FRAMES: u32 = 128;
+/// Shadow samples of each of them, and rays towards the environment. In the time of a frame with four there are two with one,
+/// whose mean is as good, has more points in each pixel and is there sooner.
+const REST_SAMPLES: u32 = 1;
+/// Interleaving of each of them: it costs a mean nothing, for every frame deals other lights to the pixels.
+const REST_INTERLEAVE: u32 = 2;
 /// Smallest picture while something moves.
 const SMALLEST: Size = Size { width: 240, height: 135 };
 /// A picture whose scale is below this has one of half the window's size between it and the whole.
@@ -20,9 +27,9 @@ const NEEDS_HALF: f32 = 0.4;
 pub enum Quality {
     /// As good as it can be ten times a second.
     Moving,
-    /// The settings in use, at half the window's size.
+    /// One frame of the mean, at half the window's size.
     Half,
-    /// The settings in use, of the window's size, and the mean of several frames.
+    /// The settings in use, of the window's size: the mean of several frames.
     Full,
 }
 
@@ -63,6 +70,8 @@ pub struct Plan {
     pub way: Way,
     /// Frames of the mean that are asked for, on either side of a split view.
     pub accumulate: u32,
+    /// Shadow samples of a pixel that are asked for, on either side.
+    pub samples: u32,
     /// Whether the finished picture is shown, on either side: views are not accumulated.
     pub is_picture: bool,
     /// Whether a reference technique renders it, on either side.
@@ -90,6 +99,14 @@ impl Plan {
         }
     }
 
+    /// Frames of the mean that together have the samples asked for.
+    pub fn frames_of_settings(&self) -> u32 {
+        match self.way {
+            Way::Adapts(_) if !self.is_reference => self.samples.div_ceil(REST_SAMPLES).clamp(1, self.goal()),
+            _ => 1,
+        }
+    }
+
     /// The settings for pictures of a quality.
     pub fn settings(&self, quality: Quality, settings: &Settings) -> Settings {
         let scale = match (quality, self.way) {
@@ -101,6 +118,8 @@ impl Plan {
         let mut new = settings.clone();
         if let (Quality::Moving, Way::Adapts(Rung { is_cheap: true, .. })) = (quality, self.way) {
             new = cheaper(new);
+        } else if let Way::Adapts(_) = self.way {
+            new = for_mean(new);
         }
         new.render.accumulate = if quality == Quality::Full { self.goal() } else { 1 };
         new.picture.size = picture_size(self.window_px, scale, new.lgh.interleave);
@@ -110,19 +129,46 @@ impl Plan {
 
 /// The same picture for less. A reference is stood in for by the hierarchy where that has the view.
 fn cheaper(settings: Settings) -> Settings {
-    let is_reference = techniques::of(&settings).is_ok_and(techniques::Technique::is_reference);
-    let cheap = settings.clone().changed(|s| {
+    let is_reference = is_reference(&settings);
+    changed_if_valid(settings, |s| {
         if is_reference && s.render.view == View::Final {
             s.render.technique = Technique::Lgh;
         }
         s.many_lights.vpls = s.many_lights.vpls.min(MOVING_VPLS);
         s.many_lights.shadow_samples = s.many_lights.shadow_samples.min(1);
         s.lgh.interleave = s.lgh.interleave.max(MOVING_INTERLEAVE);
+        if s.lgh.shadow_estimate.is_none() {
+            s.lgh.shadow_points = ShadowPoints::Deviation;
+        }
         s.environment.samples = s.environment.samples.min(1);
-    });
-    // Settings may exclude each other.
-    let fits = cheap.validate().and_then(|()| techniques::check(&cheap)).is_ok();
-    if fits { cheap } else { settings }
+        if s.render.technique == Technique::Pbgi {
+            s.pbgi.points = s.pbgi.points.min(MOVING_POINTS);
+            s.pbgi.reuse = Switch::On;
+        }
+    })
+}
+
+/// One frame of a mean with fresh samples. Views are not accumulated, and references have rounds of their own.
+fn for_mean(settings: Settings) -> Settings {
+    if is_reference(&settings) || settings.render.view != View::Final {
+        return settings;
+    }
+    changed_if_valid(settings, |s| {
+        s.many_lights.shadow_samples = s.many_lights.shadow_samples.min(REST_SAMPLES);
+        s.environment.samples = s.environment.samples.min(REST_SAMPLES);
+        s.lgh.interleave = s.lgh.interleave.max(REST_INTERLEAVE);
+    })
+}
+
+fn is_reference(settings: &Settings) -> bool {
+    techniques::of(settings).is_ok_and(techniques::Technique::is_reference)
+}
+
+/// Settings may exclude each other: they then stay as they are.
+fn changed_if_valid(settings: Settings, change: impl FnOnce(&mut Settings)) -> Settings {
+    let new = settings.clone().changed(change);
+    let fits = new.validate().and_then(|()| techniques::check(&new)).is_ok();
+    if fits { new } else { settings }
 }
 
 /// The scale below which a window's picture would be smaller than while anything moves.
@@ -152,7 +198,7 @@ mod tests {
     const WINDOW: [u32; 2] = [1280, 720];
 
     fn plan(way: Way) -> Plan {
-        Plan { window_px: WINDOW, way, accumulate: 1, is_picture: true, is_reference: false }
+        Plan { window_px: WINDOW, way, accumulate: 1, samples: 4, is_picture: true, is_reference: false }
     }
 
     #[test]
@@ -161,7 +207,26 @@ mod tests {
         let full = plan(Way::Adapts(Rung { scale: 0.1875, is_cheap: true })).settings(Quality::Full, &asked);
         assert_eq!(full.picture.size, Size { width: 1280, height: 720 });
         assert_eq!(full.render.accumulate, REST_FRAMES);
-        assert_eq!((full.many_lights, full.lgh), (asked.many_lights, asked.lgh));
+        assert_eq!((full.many_lights.vpls, full.lgh.first_level), (asked.many_lights.vpls, asked.lgh.first_level));
+    }
+
+    #[test]
+    fn frames_of_a_mean_share_the_samples() {
+        let plan = plan(Way::Adapts(Rung { scale: 0.1875, is_cheap: true }));
+        let asked = Settings::default().changed(|s| (s.many_lights.shadow_samples, s.environment.samples) = (4, 8));
+        let full = plan.settings(Quality::Full, &asked);
+        let cheap = (full.many_lights.shadow_samples, full.environment.samples, full.lgh.interleave);
+        assert_eq!(cheap, (1, 1, REST_INTERLEAVE));
+        assert_eq!(plan.frames_of_settings(), 4);
+        // A view is one frame, and a scale that is asked for leaves the samples together.
+        let as_asked = Plan { way: Way::AsAsked(1.0), ..plan };
+        let view = Plan { is_picture: false, ..plan };
+        let of_view = asked.clone().changed(|s| s.render.view = View::ShadowRatio);
+        assert_eq!(view.settings(Quality::Full, &of_view).many_lights.shadow_samples, 4);
+        assert_eq!((view.frames_of_settings(), as_asked.frames_of_settings()), (1, 1));
+        let reference = asked.changed(|s| s.render.technique = Technique::BruteForce);
+        assert_eq!(Plan { is_reference: true, ..plan }.frames_of_settings(), 1);
+        assert_eq!(plan.settings(Quality::Full, &reference).many_lights, reference.many_lights);
     }
 
     #[test]
@@ -171,6 +236,11 @@ mod tests {
         assert_eq!(moving.picture.size, Size { width: 240, height: 135 });
         assert_eq!((moving.many_lights.vpls, moving.many_lights.shadow_samples), (MOVING_VPLS, 1));
         assert_eq!((moving.lgh.interleave, moving.render.accumulate), (MOVING_INTERLEAVE, 1));
+        assert_eq!(moving.lgh.shadow_points, ShadowPoints::Deviation);
+        let points = Settings::default().changed(|s| s.render.technique = Technique::Pbgi);
+        let moving = plan.settings(Quality::Moving, &points);
+        assert_eq!((moving.pbgi.points, moving.pbgi.reuse), (MOVING_POINTS, Switch::On));
+        assert_eq!(plan.settings(Quality::Full, &points).pbgi, points.pbgi);
         let reference = Settings::default().changed(|s| s.render.technique = Technique::BruteForce);
         assert_eq!(plan.settings(Quality::Moving, &reference).render.technique, Technique::Lgh);
         assert_eq!(plan.settings(Quality::Full, &reference).render.technique, Technique::BruteForce);

@@ -92,9 +92,9 @@ impl Refinement {
         self.reached.is_some()
     }
 
-    /// Whether the picture has the settings in use and all its pixels.
-    pub fn is_full(&self) -> bool {
-        self.accumulated > 0
+    /// Whether the picture has all its pixels and the samples that are asked for.
+    pub fn is_full(&self, plan: &Plan) -> bool {
+        self.accumulated >= plan.frames_of_settings()
     }
 }
 
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     fn plan(way: Way) -> Plan {
-        Plan { window_px: [1280, 720], way, accumulate: 1, is_picture: true, is_reference: false }
+        Plan { window_px: [1280, 720], way, accumulate: 1, samples: 4, is_picture: true, is_reference: false }
     }
 
     /// The frames that follow a change, with their times in ms.
@@ -136,6 +136,16 @@ mod tests {
     }
 
     #[test]
+    fn the_settings_are_there_with_their_samples() {
+        let plan = plan(Way::Adapts(Rung { scale: 0.2, is_cheap: true }));
+        let mut refinement = Refinement::new(Instant::now());
+        (0..3).for_each(|_| refinement.took(Quality::Full, true));
+        assert!(!refinement.is_full(&plan), "three samples of four");
+        refinement.took(Quality::Full, true);
+        assert!(refinement.is_full(&plan));
+    }
+
+    #[test]
     fn nothing_better_is_begun_while_something_moves() {
         let start = Instant::now();
         let slow = plan(Way::Adapts(Rung { scale: 0.2, is_cheap: true }));
@@ -153,7 +163,7 @@ mod tests {
         let slow = Plan { is_reference: true, ..plan(Way::Adapts(Rung { scale: 0.2, is_cheap: true })) };
         let mut refinement = Refinement::new(start);
         refinement.took(Quality::Full, false);
-        assert_eq!((refinement.accumulated(), refinement.is_full()), (0, false));
+        assert_eq!((refinement.accumulated(), refinement.is_full(&slow)), (0, false));
         assert_eq!(refinement.next(&slow, start + SETTLE), Next::Frame(Quality::Full, 0));
     }
 

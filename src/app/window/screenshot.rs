@@ -74,5 +74,5 @@ fn free_name() -> Result<PathBuf> {
     (1..1000)
         .map(|number| PathBuf::from(format!("gridlight-{number:03}")))
         .find(|base| !taken(base))
-        .ok_or_else(|| Error::Failure("there are 999 screenshots here already: move some away".to_owned()))
+        .ok_or_else(|| Error::Failure("there are already 999 screenshots here: move some away".to_owned()))
 }

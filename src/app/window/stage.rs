@@ -6,14 +6,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::loader::Loaded;
+use super::measuring::{Measured, Measuring};
 use super::quality::Quality;
+use crate::Result;
 use crate::gpu::{FrameResult, Gpu, PacedFrame};
 use crate::passes::present::{Part, WindowFormat};
-use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, Show, UploadedScene};
+use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, Show, UploadedScene, holds_for};
 use crate::scene::{Camera, Scene};
 use crate::settings::Settings;
 use crate::shared::PunctualLight;
-use crate::{Result, techniques};
+use crate::techniques::{self, TechniqueShape};
 
 /// What a frame must have been compiled for.
 pub struct Wanted<'a> {
@@ -99,6 +101,29 @@ struct Running {
     done: DoneFrame,
 }
 
+/// Measures that are kept beside those of the compiled frames: one for each side of a split view.
+const KEPT_MEASURES: usize = 2;
+
+/// What became of frames that were to fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Adapted {
+    /// They fit already.
+    No,
+    /// They have been compiled anew.
+    Yes,
+    /// What they need to know of the scene is being measured: ask again.
+    Later,
+}
+
+/// Whether [`Stage::adapt`] waits for what must be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Patience {
+    /// It waits.
+    Waits,
+    /// It comes back.
+    Returns,
+}
+
 /// Everything that renders. Fields are dropped in order.
 pub struct Stage {
     running: Option<Running>,
@@ -107,8 +132,13 @@ pub struct Stage {
     outgoing: Option<FrameSet>,
     /// Whose picture is shown; `None` is that of the outgoing ones, if there are any.
     shown: Option<Quality>,
+    /// A measurement under way, and the last ones.
+    measuring: Option<Measuring>,
+    measured: Vec<Measured>,
     uploaded: UploadedScene,
     scene: Scene,
+    /// The moment of its animation, in seconds; no number before the first.
+    moment_s: f64,
     window: WindowFormat,
     gpu: Arc<Gpu>,
 }
@@ -132,12 +162,15 @@ impl Stage {
             sets: [const { None }; Quality::COUNT],
             outgoing: None,
             shown: None,
+            measuring: None,
+            measured: Vec::new(),
             uploaded,
             scene: loaded.scene,
+            moment_s: f64::NAN,
             window,
             gpu: Arc::clone(gpu),
         };
-        stage.adapt(quality, wanted)?;
+        stage.adapt(quality, wanted, Patience::Waits)?;
         stage.outgoing = before.take().and_then(Self::into_shown);
         Ok(stage)
     }
@@ -153,6 +186,29 @@ impl Stage {
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// Whether anything of the scene moves by itself.
+    pub fn moves(&self) -> bool {
+        self.scene.motion.moves().any()
+    }
+
+    /// Puts the scene where it is at a moment; no frame is under way. Waits for the device, where anything has moved. Whether
+    /// lights have.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn pose(&mut self, moment_s: f64) -> Result<bool> {
+        // What is being measured is the scene as it was.
+        if !self.moves() || moment_s == self.moment_s || self.measuring.is_some() {
+            return Ok(false);
+        }
+        self.moment_s = moment_s;
+        self.scene.pose(moment_s);
+        self.uploaded.follow(&self.gpu, &self.scene)?;
+        let sides = self.all_sets_mut().flat_map(|set| set.held.iter_mut().chain([&mut set.main]));
+        sides.for_each(|side| side.renderer.expect_another_scene());
+        Ok(self.scene.motion.moves().lights)
     }
 
     /// The scene as uploaded.
@@ -212,7 +268,7 @@ impl Stage {
     ///
     /// # Errors
     /// When the settings do not fit the device.
-    pub fn adapt(&mut self, quality: Quality, wanted: &Wanted<'_>) -> Result<bool> {
+    pub fn adapt(&mut self, quality: Quality, wanted: &Wanted<'_>, patience: Patience) -> Result<Adapted> {
         for settings in [Some(wanted.settings), wanted.held].into_iter().flatten() {
             let points = techniques::of(settings)?.point_count_log2(settings);
             self.uploaded.spread_points(&self.scene, points)?;
@@ -220,12 +276,35 @@ impl Stage {
         if let Some(set) = &self.sets[quality.index()]
             && self.fits(set, wanted)?
         {
-            return Ok(false);
+            return Ok(Adapted::No);
+        }
+        for settings in [Some(wanted.settings), wanted.held].into_iter().flatten() {
+            if !self.measure(settings, wanted.camera, patience)? {
+                return Ok(Adapted::Later);
+            }
         }
         let part = if wanted.held.is_some() { Part::Right } else { Part::Whole };
         let held = wanted.held.map(|settings| self.compile(settings, wanted, Part::Left)).transpose()?;
         let set = FrameSet { main: self.compile(wanted.settings, wanted, part)?, held };
         self.replace(quality, set)?;
+        Ok(Adapted::Yes)
+    }
+
+    /// Measures what frames of these settings need; false while that is under way.
+    fn measure(&mut self, settings: &Settings, camera: &Camera, patience: Patience) -> Result<bool> {
+        while self.measured_for(settings)?.is_none() {
+            let measuring = match self.measuring.take() {
+                Some(measuring) => measuring,
+                None => Measuring::start(&self.gpu, &self.uploaded, camera, settings)?,
+            };
+            if patience == Patience::Returns && !measuring.is_done() {
+                self.measuring = Some(measuring);
+                return Ok(false);
+            }
+            let measured = measuring.finish(settings)?;
+            self.measured.splice(0..0, measured);
+            self.measured.truncate(KEPT_MEASURES);
+        }
         Ok(true)
     }
 
@@ -249,15 +328,21 @@ impl Stage {
         Ok(Side { renderer, show, measured_with: Some(settings.clone()), next_round: None })
     }
 
-    /// A frame that has measured of the scene what one with these settings needs.
-    fn measured_for(&self, settings: &Settings) -> Result<Option<(&Renderer, &Settings)>> {
+    /// What was measured of the scene for settings like these.
+    fn measured_for(&self, settings: &Settings) -> Result<Option<&dyn TechniqueShape>> {
         // An outgoing frame may be of another scene.
         let sides = self.sets.iter().flatten().flat_map(|set| set.held.iter().chain([&set.main]));
         for Side { renderer, measured_with, .. } in sides {
+            let shape = &*renderer.shapes().technique;
             if let Some(measured_with) = measured_with
-                && renderer.knows(settings, measured_with)?
+                && holds_for(shape, settings, measured_with)?
             {
-                return Ok(Some((renderer, measured_with)));
+                return Ok(Some(shape));
+            }
+        }
+        for measured in &self.measured {
+            if measured.holds_for(settings)? {
+                return Ok(Some(&*measured.shape));
             }
         }
         Ok(None)
@@ -280,6 +365,8 @@ impl Stage {
         for set in self.sets.iter_mut().flatten() {
             set.held.iter_mut().chain([&mut set.main]).for_each(|side| side.measured_with = None);
         }
+        self.measured.clear();
+        self.measuring.iter_mut().for_each(Measuring::disregard);
     }
 
     /// Compiles the frames of a quality with the shaders in use, whatever was there before; the others when they are next
@@ -292,7 +379,7 @@ impl Stage {
         self.abandon()?;
         let others = [Quality::Moving, Quality::Half, Quality::Full].into_iter().filter(|other| *other != quality);
         let before = self.sets[quality.index()].take();
-        match self.adapt(quality, wanted) {
+        match self.adapt(quality, wanted, Patience::Waits) {
             Ok(_) => {
                 let mut before = before;
                 for other in others {
@@ -318,7 +405,7 @@ impl Stage {
     pub fn begin(&mut self, quality: Quality, request: &Request<'_>) -> Result<()> {
         if request.lights.is_some() {
             let sides = self.all_sets_mut().flat_map(|set| set.held.iter_mut().chain([&mut set.main]));
-            sides.for_each(|side| side.renderer.expect_other_lights());
+            sides.for_each(|side| side.renderer.expect_another_scene());
         }
         let Some(set) = &mut self.sets[quality.index()] else { return Ok(()) };
         let settings = [request.wanted.held, Some(request.wanted.settings)];

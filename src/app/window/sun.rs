@@ -113,6 +113,23 @@ impl Suns {
         towards.angle_between(environment::turned(sky_sun, turn_deg)).to_degrees() > SKY_STEP_DEG
     }
 
+    /// Takes over lights of the scene that its animation has moved. A sun that was turned stays where it is, and so do those
+    /// of the environment.
+    pub fn carry(&mut self, scene: &Scene, lights: &[PunctualLight]) {
+        let own = self.lights.len() - from_environment(scene, &self.lights);
+        let turned = self.steered.filter(|steered| steered.own != Some(steered.place));
+        let moved = self.lights.iter_mut().zip(lights).take(own).enumerate();
+        for (_, (light, moved)) in moved.filter(|(index, _)| turned.is_none_or(|turned| turned.index != *index)) {
+            *light = *moved;
+        }
+        if let Some(steered) = self.steered.as_mut().filter(|steered| turned.is_none() && steered.index < own) {
+            steered.place = SunPlace::towards(-Vec3::from_array(self.lights[steered.index].direction_ws));
+            steered.own = Some(steered.place);
+        }
+        // The device has those of the scene alone.
+        self.changed = true;
+    }
+
     /// How often the lights have changed.
     pub fn changes(&self) -> u64 {
         self.changes

@@ -136,13 +136,20 @@ fn only_in(folder: &Path, file: &FileEntry) -> Row {
 }
 
 /// The numbers of one field or channel.
-struct Column {
-    name: String,
-    scalar: Scalar,
-    bytes: Vec<u8>,
+pub struct Column {
+    /// Empty where an array has no names.
+    pub name: String,
+    /// Of each number.
+    pub scalar: Scalar,
+    /// Of all.
+    pub bytes: Vec<u8>,
 }
 
-fn columns(path: &Path, file: &FileEntry) -> Result<Vec<Column>> {
+/// The numbers of a file by fields or channels.
+///
+/// # Errors
+/// [`Error::File`] when it cannot be read or is not as its entry says.
+pub fn columns(path: &Path, file: &FileEntry) -> Result<Vec<Column>> {
     let (shape, columns) = if path.extension().is_some_and(|e| e == "exr") {
         let picture = Picture::read(path)?;
         let shape = vec![u64::from(picture.height_px), u64::from(picture.width_px)];
@@ -202,7 +209,8 @@ fn elements(file: &FileEntry) -> String {
 }
 
 /// A number's bits and its value.
-fn number(scalar: Scalar, bytes: &[u8], scale: f64) -> (u64, f64) {
+#[must_use]
+pub fn number(scalar: Scalar, bytes: &[u8], scale: f64) -> (u64, f64) {
     let mut wide = [0; 8];
     wide[..bytes.len()].copy_from_slice(bytes);
     let bits = u64::from_le_bytes(wide);

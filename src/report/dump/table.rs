@@ -41,14 +41,13 @@ pub const TABLE: &[Entry] = &[
         "environment_shadowed*",
         RADIANCE,
         RGBA,
-        "Light of the environment per unit albedo: as its shadow rays found it, or after so many iterations of the filter, with \
-         its standard deviation in alpha.",
+        "Light of the environment per unit albedo: as its shadow rays found it, or after this many iterations of the filter, with its standard deviation in alpha.",
     ),
     image(
         "environment_unshadowed*",
         RADIANCE,
         RGBA,
-        "The same light as if nothing were in its way; A is 1 where there is a surface.",
+        "The same light without occlusion; A is 1 where there is a surface.",
     ),
     image(
         "direct",
@@ -77,13 +76,13 @@ pub const TABLE: &[Entry] = &[
         "direct_exposure_histogram",
         COUNT,
         all_words,
-        "The histogram of the direct light under the points of a view, as that of the exposure.",
+        "The histogram of the direct light under the points of a view, like that of the exposure.",
     ),
     buffer(
         "exposure_histogram",
         COUNT,
         all_words,
-        "Pixels by luminance in 1024 equal steps of log2 from -32 to 32: of surfaces, then of what is behind them.",
+        "Pixels by luminance in 1024 equal steps of log2 from -32 to 32: of surfaces, then of the background.",
     ),
     buffer(
         "direct_exposure",

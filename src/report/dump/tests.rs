@@ -25,6 +25,7 @@ fn frame_shape() -> FrameShape {
         rays: crate::settings::Rays::Bvh,
         view: View::Final,
         inspect: false,
+        keeps_lights: false,
     }
 }
 

@@ -6,9 +6,10 @@ mod resample;
 
 use rayon::prelude::*;
 
+use super::sampling::Filter;
 use super::{Scene, Texture};
 use resample::{average, resample};
-pub use resample::{mip_chain, sample_bilinear};
+pub use resample::{mip_chain, sample_texture};
 
 /// Base colours for light paths and alpha tests: every texture at one size.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,11 +29,13 @@ pub struct AlbedoArray {
 #[must_use]
 pub fn build_albedo_array(scene: &Scene, max_layers: u32) -> AlbedoArray {
     let mut slots: HashMap<u32, usize> = HashMap::new();
-    let mut used: Vec<&Texture> = Vec::new();
-    for index in scene.materials.iter().filter_map(|m| m.base_color_texture) {
+    // With whether the material that uses it first has its nearest texels.
+    let mut used: Vec<(&Texture, bool)> = Vec::new();
+    for material in &scene.materials {
+        let Some(index) = material.base_color_texture else { continue };
         if let Some(texture) = scene.textures.get(index as usize) {
             slots.entry(index).or_insert_with(|| {
-                used.push(texture);
+                used.push((texture, material.base_color_sampling.magnify == Filter::Nearest));
                 used.len() - 1
             });
         }
@@ -43,8 +46,9 @@ pub fn build_albedo_array(scene: &Scene, max_layers: u32) -> AlbedoArray {
         log::warn!("{lost} of {all} base-colour textures find no layer: light paths see their average colour");
     }
     let size_px = layer_size(&used[..kept]);
-    let layers: Vec<_> = used[..kept].par_iter().map(|texture| resample(texture, size_px)).collect();
-    let averages: Vec<_> = used[kept..].par_iter().map(|texture| average(texture)).collect();
+    let layers: Vec<_> =
+        used[..kept].par_iter().map(|(texture, nearest)| resample(texture, size_px, *nearest)).collect();
+    let averages: Vec<_> = used[kept..].par_iter().map(|(texture, _)| average(texture)).collect();
     let slot = |m: &super::Material| m.base_color_texture.and_then(|index| slots.get(&index).copied());
     let material_layer = scene.materials.iter().map(|m| slot(m).filter(|s| *s < kept).map(|s| s as u32)).collect();
     let factor = |m: &super::Material| {
@@ -62,14 +66,14 @@ pub fn mip_chains(textures: &[(&Texture, bool)]) -> Vec<Vec<(u32, u32, Vec<u8>)>
 }
 
 /// Smaller the more layers there are, and never beyond the largest texture.
-fn layer_size(textures: &[&Texture]) -> u32 {
+fn layer_size(textures: &[(&Texture, bool)]) -> u32 {
     let by_count = match textures.len() {
         0..=32 => 1024,
         33..=64 => 512,
         65..=256 => 256,
         _ => 128,
     };
-    let largest = textures.iter().map(|t| t.width.max(t.height)).max().unwrap_or(1);
+    let largest = textures.iter().map(|(t, _)| t.width.max(t.height)).max().unwrap_or(1);
     by_count.min(largest).max(1)
 }
 
@@ -116,10 +120,10 @@ mod tests {
     #[test]
     fn size_depends_on_count_and_sources() {
         let (big, small) = (solid(1024, [0; 4]), solid(16, [0; 4]));
-        assert_eq!(layer_size(&[&big; 64]), 512);
-        assert_eq!(layer_size(&[&big; 65]), 256);
-        assert_eq!(layer_size(&[&big; 257]), 128);
-        assert_eq!(layer_size(&[&small; 3]), 16);
+        assert_eq!(layer_size(&[(&big, false); 64]), 512);
+        assert_eq!(layer_size(&[(&big, false); 65]), 256);
+        assert_eq!(layer_size(&[(&big, false); 257]), 128);
+        assert_eq!(layer_size(&[(&small, false); 3]), 16);
         assert_eq!(layer_size(&[]), 1);
     }
 }

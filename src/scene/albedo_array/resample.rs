@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use glam::{Vec2, Vec4};
 
 use crate::scene::Texture;
+use crate::scene::sampling::{Filter, Sampling, Wrap};
 
 /// Intervals of the table from linear light to sRGB: five per level where the curve is steepest.
 const ENCODE_STEPS: usize = 16_384;
@@ -31,10 +32,16 @@ struct Linear {
 /// What one output texel takes along one axis: source positions and weights that sum to 1.
 type Taps = Vec<(usize, f32)>;
 
-/// An sRGB texture as a square of `size` texels.
-pub(super) fn resample(texture: &Texture, size: u32) -> Vec<u8> {
-    if (texture.width, texture.height) == (size, size) {
-        return texture.rgba.clone();
+/// An sRGB texture as a square of `size` texels; with hard edges between its texels if it `is_nearest`.
+pub(super) fn resample(texture: &Texture, size: u32, is_nearest: bool) -> Vec<u8> {
+    let Texture { width, height, rgba, .. } = texture;
+    if (*width, *height) == (size, size) {
+        return rgba.clone();
+    }
+    if is_nearest && size >= *width && size >= *height {
+        let at = |i: u32, of: u32| (2 * u64::from(i) + 1) * u64::from(of) / (2 * u64::from(size));
+        let texel = |i: u32| 4 * (at(i / size, *height) as usize * *width as usize + at(i % size, *width) as usize);
+        return (0..size * size).flat_map(|i| rgba[texel(i)..texel(i) + 4].to_vec()).collect();
     }
     encode(&decode(texture, true).resized(size as usize, size as usize), true)
 }
@@ -54,15 +61,18 @@ fn linear_texel(t: &[u8]) -> [f32; 4] {
     [DECODE[t[0] as usize], DECODE[t[1] as usize], DECODE[t[2] as usize], f32::from(t[3]) / 255.0]
 }
 
-/// Linear colour and alpha of a level of an sRGB texture at `uv`, between its four nearest texels, repeating.
+/// Linear colour and alpha of a level of an sRGB texture at `uv`: of the nearest texel, or between the nearest four.
 #[must_use]
-pub fn sample_bilinear((width, height, rgba): &(u32, u32, Vec<u8>), uv: Vec2) -> Vec4 {
-    let wrapped = |c: f32, size: u32| {
-        let place = c.rem_euclid(1.0) * size as f32 - 0.5;
-        let at = |texel: f32| texel.rem_euclid(size as f32) as u32 % size;
-        (at(place.floor()), at(place.floor() + 1.0), place - place.floor())
+pub fn sample_texture((width, height, rgba): &(u32, u32, Vec<u8>), uv: Vec2, sampling: Sampling) -> Vec4 {
+    let is_nearest = sampling.magnify == Filter::Nearest;
+    let between = |c: f32, size: u32, wrap: Wrap| {
+        let c = if wrap == Wrap::Repeat { c.rem_euclid(1.0) } else { c };
+        let place = if is_nearest { (c * size as f32).floor() } else { c * size as f32 - 0.5 };
+        let first = place.floor();
+        (wrap.texel(first as i64, size), wrap.texel(first as i64 + 1, size), place - first)
     };
-    let ((left, right, across), (top, bottom, down)) = (wrapped(uv.x, *width), wrapped(uv.y, *height));
+    let [wrap_u, wrap_v] = sampling.wrap;
+    let ((left, right, across), (top, bottom, down)) = (between(uv.x, *width, wrap_u), between(uv.y, *height, wrap_v));
     let texel = |x: u32, y: u32| Vec4::from(linear_texel(&rgba[4 * (y * width + x) as usize..]));
     let row = |y: u32| texel(left, y).lerp(texel(right, y), across);
     row(top).lerp(row(bottom), down)
@@ -189,10 +199,10 @@ mod tests {
     #[test]
     fn resampling_keeps_halves_apart_and_averages() {
         let half: Vec<u8> = (0..64).flat_map(|i| if i % 8 < 4 { [255, 0, 0, 255] } else { [0, 0, 255, 255] }).collect();
-        let small = resample(&texture(8, 8, half.clone()), 2);
+        let small = resample(&texture(8, 8, half.clone()), 2, false);
         assert_eq!(small[..8], [255, 0, 0, 255, 0, 0, 255, 255]);
         let [r, g, b, a] = average(&texture(8, 8, half));
         assert!((r - 0.5).abs() < 1e-6 && g == 0.0 && (b - 0.5).abs() < 1e-6 && a == 1.0);
-        assert_eq!(resample(&texture(1, 1, vec![9, 8, 7, 6]), 4), [9, 8, 7, 6].repeat(16));
+        assert_eq!(resample(&texture(1, 1, vec![9, 8, 7, 6]), 4, false), [9, 8, 7, 6].repeat(16));
     }
 }

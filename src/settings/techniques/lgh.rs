@@ -16,7 +16,7 @@ settings_group! {
         /// Top level of the hierarchy, 2 to 10, or `auto` [default: auto]
         #[arg(long, value_name = "auto|N")]
         pub levels: Levels = Levels::Auto,
-        /// Blending radius of a level, in cells of that level, above 0 [default: 1]
+        /// Blending radius of a level, in cells of that level, above 0: larger is more accurate and slower [default: 1]
         #[arg(long, value_name = "CELLS", allow_negative_numbers = true)]
         pub alpha: f32 = 1.0,
         /// Emission lobe of a grid light [default: mixture]
@@ -28,28 +28,28 @@ settings_group! {
         /// Finest level used for lighting: 0 is the lights themselves, 1 the finest grid [default: 1]
         #[arg(long, value_name = "0|1")]
         pub first_level: u32 = 1,
-        /// Side of the interleaving pattern, in pixels, 1, 2 or 4 [default: 1]
+        /// Side of the interleaving pattern, in pixels, 1, 2 or 4: each pixel evaluates 1 / n² of the lights, which is faster and
+        /// blurs indirect light [default: 1]
         #[arg(long, value_name = "1|2|4")]
         pub interleave: u32 = 1,
-        /// How the coarse levels are built: from the level below, from the finest level, or from all lights
-        /// [default: cascade]
+        /// Source of the coarse levels: the next finer level, the finest level, or all lights [default: cascade]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "cascade|gather|scatter")]
         pub build: LevelBuild = LevelBuild::Cascade,
-        /// How lights are summed into the finest grid: listed by cell, or by atomic additions [default: sorted, but
+        /// How lights are summed into the finest grid: sorted by cell, or with atomic additions [default: sorted, but
         /// atomic where very many lights share a cell]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "sorted|atomic")]
         pub scatter: Option<FirstLevelBuild> = None,
         /// First level whose lights get shadow rays, 0 to 10 [default: 1]
         #[arg(long, value_name = "L", help_heading = "Shadows")]
         pub shadow_from: u32 = 1,
-        /// Where a shadow ray ends: on a finer light that the chosen one is made of, or jittered about the chosen
-        /// one by its deviation as in the paper [default: descent]
+        /// Target of shadow rays: a finer light that the chosen one stands for, or a point jittered around the chosen
+        /// one by its standard deviation as in the paper [default: descent]
         #[arg(
             long, value_enum, hide_possible_values = true, value_name = "descent|deviation", help_heading = "Shadows"
         )]
         pub shadow_points: ShadowPoints = ShadowPoints::Descent,
-        /// How shadow samples are turned into light: a ratio that darkens the hierarchy's light as in the paper, the same with
-        /// the hierarchy's error taken out, or the unbiased sum of what they find [default: corrected; ratio with
+        /// Estimator of shadowed light: the hierarchy's light times the shadow ratio as in the paper, the shadowed
+        /// samples' own sum with outliers clamped, or that sum unclamped [default: corrected; ratio with
         /// --shadow-points deviation]
         #[arg(
             long,
@@ -59,12 +59,12 @@ settings_group! {
             help_heading = "Shadows"
         )]
         pub shadow_estimate: Option<ShadowEstimate> = None,
-        /// How lights are found for pixels: gathered by tiles in compute, or drawn as volumes [default: gather, volumes with
-        /// --reservoir race or lock]
+        /// How pixels find their lights: gathered by tiles in compute, or drawn as light volumes [default: gather,
+        /// volumes with --reservoir race or lock]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "volumes|gather", help_heading = "Shadows")]
         pub lighting: Option<LightingMode> = None,
-        /// Reservoir update; gathering knows `exact` only [default: exact; for volumes on a device without 64-bit
-        /// atomics lock]
+        /// Reservoir update; gathering supports only `exact` [default: exact, or lock for volumes on a device without
+        /// 64-bit atomics]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "race|lock|exact", help_heading = "Shadows")]
         pub reservoir: Option<Reservoir> = None,
         /// Filter of the shadow estimates [default: atrous]

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{at_least_one, require, within};
 use crate::settings::values::count;
-use crate::settings::{LightSet, Switch, VplImportance};
+use crate::settings::{LightSet, Switch, VplImportance, VplSeeds};
 use crate::shared::MAX_SHADOW_SAMPLES;
 
 settings_group! {
@@ -14,21 +14,27 @@ settings_group! {
         /// Lights of the hierarchy: traced virtual point lights, the scene's point lights, or both [default: vpl]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "vpl|scene|both")]
         pub lights: LightSet = LightSet::Vpl,
-        /// Virtual point lights, about this many, 1 or more: 100000, 100k, 1e5 [default: 100000]
+        /// Virtual point lights, about this many, 1 or more: 100000, 100k, 1e5; more resolve finer indirect light, but
+        /// take more memory and time to build the hierarchy [default: 100000]
         #[arg(long, value_name = "N", value_parser = count)]
         pub vpls: u32 = 100_000,
-        /// Diffuse bounces of a light path, at most this many, 1 to 64 [default: 3]
+        /// Maximum diffuse bounces of a light path, 1 to 64: more are brighter, especially in white rooms [default: 3]
         #[arg(long, value_name = "N")]
         pub bounces: u32 = 3,
-        /// Importance sampling of light paths: by the camera's view, in scenes of whose light it sees a small part, or
-        /// uniform [default: view]
+        /// Importance sampling of light paths: by the camera's view, in scenes where few uniform paths would
+        /// contribute, or uniform [default: view]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "view|none")]
         pub vpl_importance: VplImportance = VplImportance::View,
-        /// Distance below which a light is clamped, in radii of the disc that a VPL stands for; 0 is unclamped
+        /// Random numbers of the light paths over the frames of a run: the same in all, or new in each frame; shadow samples are
+        /// new in every frame then [default: held where something moves; else every frame is the same]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "held|fresh")]
+        pub vpl_seeds: Option<VplSeeds> = None,
+        /// Distance below which a light is clamped, in radii of the disc that a VPL represents; 0 disables clamping
         /// [default: 1]
         #[arg(long, value_name = "RADII", allow_negative_numbers = true)]
         pub clamp: f32 = 1.0,
-        /// Shadow rays per pixel, 0 to 16; 0 is no indirect shadows [default: 4]
+        /// Shadow rays per pixel, 0 to 16; 0 turns indirect shadows off; more reduce noise, and take most of the frame
+        /// time [default: 4]
         #[arg(long, value_name = "K", help_heading = "Shadows")]
         pub shadow_samples: u32 = 4,
         /// Shadows of the indirect light [default: on]
@@ -41,7 +47,8 @@ impl ManyLightSettings {
     /// What decides which lights are traced.
     #[must_use]
     pub fn traced(&self) -> impl PartialEq + use<> {
-        let Self { lights, vpls, bounces, vpl_importance, clamp: _, shadow_samples: _, shadows: _ } = self;
+        let Self { lights, vpls, bounces, vpl_importance, vpl_seeds: _, clamp: _, shadow_samples: _, shadows: _ } =
+            self;
         (*lights, *vpls, *bounces, *vpl_importance)
     }
 }

@@ -25,19 +25,19 @@ const REPRESENTATIVES: u64 = shared::REPRESENTATIVES as u64;
 const GRID_LIGHT: &str = "metres, square metres, flux";
 
 /// Longer names stand before names that they begin with.
-pub(super) const ENTRIES: &[Entry] = &[
+pub(in crate::techniques) const ENTRIES: &[Entry] = &[
     buffer("bounds", "metres, flux", bounds, "The lights' bounding box and the largest component of any light's flux."),
     noted(buffer(
         "grid_placement",
         "metres, flux",
         grid_placement,
-        "Where the grids lie: vertex (0, 0, 0) of every level and the edge of the top level's cell.",
+        "Placement of the grids: vertex (0, 0, 0) of every level and the edge of the top level's cell.",
     )),
     buffer(
         "grid_lights",
         GRID_LIGHT,
         grid_lights,
-        "The grid lights of the levels that the pass made, or the level and vertex of those that it listed.",
+        "The grid lights of the levels that the pass built, or the level and vertex of those that it listed.",
     ),
     buffer(
         "occupancy_ranks",
@@ -49,7 +49,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "occupancy",
         "bits",
         all_words,
-        "One bit for each grid vertex of every level, 1 where it holds a light; rows of vertices begin a word.",
+        "One bit for each grid vertex of every level, 1 where it holds a light; each row of vertices starts a new word.",
     ),
     noted(buffer(
         "level_table",
@@ -86,13 +86,13 @@ pub(super) const ENTRIES: &[Entry] = &[
         "merged_light_texels",
         "m, m; 1; flux",
         RGBA,
-        "The merged lights once more, three texels each: centre and blending radius, mean normal and luminance, flux.",
+        "The merged lights again, three texels each: centre and blending radius, mean normal and luminance, flux.",
     ),
     buffer(
         "light_bucket_cells",
         "bits",
         all_words,
-        "One bit for each cell of S1, 1 where it holds a light of S0; rows of cells begin a word.",
+        "One bit for each cell of S1, 1 where it holds a light of S0; each row of cells starts a new word.",
     ),
     buffer("light_bucket_ranks", COUNT, ranks, "For each word of these bits the number of cells before it."),
     buffer("light_bucket_counts", COUNT, all_words, "Lights of S0 in each cell of S1; 0 again once they are listed."),
@@ -104,7 +104,12 @@ pub(super) const ENTRIES: &[Entry] = &[
         draws,
         "One indirect draw for each sub-image: an icosahedron of 60 vertices for every light below the top level.",
     ),
-    interleaved(image("interleaved_depth", "near / view z", DEPTH, "The depth buffer dealt to the sub-images.")),
+    interleaved(image(
+        "interleaved_depth",
+        "near / view z",
+        DEPTH,
+        "The depth buffer distributed over the sub-images.",
+    )),
     interleaved(buffer(
         "lights_tested",
         COUNT,
@@ -115,13 +120,13 @@ pub(super) const ENTRIES: &[Entry] = &[
         "reservoirs",
         "index; race key or luminance",
         reservoirs,
-        "The merged lights that each pixel chose for its shadow rays, with the key that won or the sum of all weights.",
+        "The merged lights selected by each pixel for its shadow rays, with the winning key or the sum of all weights.",
     )),
     image(
         "lighting_blurred_*",
         LIGHTING,
         RGBA,
-        "The unshadowed lighting put together from the sub-images and blurred along the axis in the name.",
+        "The unshadowed lighting merged from the sub-images and blurred along the axis in the name.",
     ),
     interleaved(image(
         "lighting",
@@ -133,7 +138,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "descent_tables",
         "flux (luminance)",
         descent_tables,
-        "What each grid light above S1 is made of: grid lights one level below with the running sum of their luminances.",
+        "The parts of each grid light above S1: grid lights one level below with the running sum of their luminances.",
     ),
     buffer(
         "representatives",
@@ -145,13 +150,13 @@ pub(super) const ENTRIES: &[Entry] = &[
         "discontinuities",
         "bits",
         per_pixel,
-        "Bit 0 where the surface breaks towards the right neighbour, bit 1 towards the one below.",
+        "Bit 0 where there is an edge towards the right neighbour, bit 1 towards the one below.",
     ),
     image(
         "shadowed*",
         "flux-weighted luminance",
         RGBA,
-        "The shadowed estimate S of the lighting: as traced, blurred along an axis, or after so many iterations of the filter, with its standard deviation in alpha.",
+        "The shadowed estimate S of the lighting: as traced, blurred along an axis, or after this many iterations of the filter, with its standard deviation in alpha.",
     ),
     image(
         "unshadowed*",

@@ -45,12 +45,12 @@ fn levels(shape: &LghShape, pixel: &InspectedPixel) -> InspectorTable {
     InspectorTable {
         name: "inspected levels",
         columns: &[
-            ("level", "0 are the lights themselves, higher levels have fewer and larger ones"),
+            ("level", "0 is the lights themselves; higher levels have fewer and larger lights"),
             ("lights", "Lights of the level that contribute to the pixel"),
-            ("blending", "Those of them that fade into the next level, being half in reach"),
+            ("blending", "Those in the blending range to the next level"),
             ("weight", "Mean blending weight of the lights that contribute"),
-            ("share", "Of the unshadowed lighting"),
-            ("strongest", "Distance of the light that contributes most, its weight and its share"),
+            ("share", "Share of the unshadowed lighting"),
+            ("strongest", "Distance, weight and share of the light that contributes most"),
         ],
         rows: used.map(row).collect(),
     }
@@ -80,10 +80,10 @@ fn samples(pixel: &InspectedPixel) -> InspectorTable {
         name: "inspected samples",
         columns: &[
             ("sample", "Shadow samples of the pixel, before the filter"),
-            ("level", "Level of the light that was picked"),
-            ("length", "Of the shadow ray"),
-            ("estimate", "Of the unshadowed lighting, relative to the sum over all lights"),
-            ("shadow ray", "Whether something stands before the light"),
+            ("level", "Level of the selected light"),
+            ("length", "Length of the shadow ray"),
+            ("estimate", "Estimate of the unshadowed lighting, relative to the sum over all lights"),
+            ("shadow ray", "Whether the light is occluded"),
         ],
         rows: pixel.samples.iter().enumerate().take(pixel.sample_count as usize).map(row).collect(),
     }

@@ -21,7 +21,9 @@ use crate::settings::{Settings, ShadowEstimate, ShadowFilter, ShadowPoints, View
 use crate::shared::{FrameData, InspectedPixel};
 use crate::uploaded_scene::UploadedScene;
 
+pub(super) use dump::ENTRIES as DUMP;
 pub use measure::reservoir_mode;
+pub(super) use passes::add_hierarchy;
 pub use passes::{HierarchyOutputs, build_hierarchy, construct};
 
 /// The technique.
@@ -82,17 +84,7 @@ impl Technique for Lgh {
     }
 
     fn shape(&self, job: &Job<'_>, known: Option<&dyn TechniqueShape>) -> Result<Box<dyn TechniqueShape>> {
-        many_lights::check_lights(job)?;
-        let mut shape = measure::base_shape(job)?;
-        if let Some(known) = known.and_then(|known| known.as_any().downcast_ref()) {
-            measure::take_measures(&mut shape, known);
-        } else if many_lights::needs_lights(job.settings.render.view) {
-            measure::measure(job, &mut shape)?;
-        }
-        if many_lights::needs_lights(job.settings.render.view) {
-            measure::check_shadow_levels(job, &shape)?;
-        }
-        Ok(Box::new(shape))
+        Ok(Box::new(measured_shape(job, known.and_then(|known| known.as_any().downcast_ref()))?))
     }
 
     fn keeps_measures(&self, now: &Settings, before: &Settings) -> bool {
@@ -102,6 +94,22 @@ impl Technique for Lgh {
     fn dump_entries(&self) -> &'static [&'static [Entry]] {
         &[many_lights::DUMP, dump::ENTRIES]
     }
+}
+
+/// The hierarchy's shape for a job; `known` was measured before for settings of which `Lgh::keeps_measures` holds.
+pub(super) fn measured_shape(job: &Job<'_>, known: Option<&LghShape>) -> Result<LghShape> {
+    many_lights::check_lights(job)?;
+    let mut shape = measure::base_shape(job)?;
+    let needs_lights = many_lights::needs_lights(job.settings.render.view);
+    if let Some(known) = known {
+        measure::take_measures(&mut shape, known);
+    } else if needs_lights {
+        measure::measure(job, &mut shape)?;
+    }
+    if needs_lights {
+        measure::check_shadow_levels(job, &shape)?;
+    }
+    Ok(shape)
 }
 
 /// Whether a view shows what becomes of shadow samples.

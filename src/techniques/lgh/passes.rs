@@ -38,7 +38,7 @@ pub struct HierarchyOutputs {
 
 impl HierarchyOutputs {
     /// What the host can read of them.
-    pub(super) fn outputs(&self, shape: &LghShape) -> TechniqueOutputs {
+    pub(in crate::techniques) fn outputs(&self, shape: &LghShape) -> TechniqueOutputs {
         let mut counters = vec![self.lights.counts, self.grid.level_table];
         counters.extend(self.lights_tested.filter(|_| shape.count_lights_tested));
         TechniqueOutputs::new(counters, *self)
@@ -70,9 +70,11 @@ pub fn build_hierarchy(frame: FrameShape, shape: &LghShape) -> (Graph<Work>, Hie
 }
 
 /// Traces the light paths and builds the hierarchy over their lights, with what shadow rays need of it if they are traced.
-pub(super) fn add_hierarchy(frame: &mut Frame, shape: &LghShape, for_shadows: bool) -> HierarchyOutputs {
-    let lights = many_lights::add_lights(frame, &shape.lights);
-    add_grids(frame, shape, lights, for_shadows)
+pub(in crate::techniques) fn add_hierarchy(frame: &mut Frame, shape: &LghShape, for_shadows: bool) -> HierarchyOutputs {
+    frame.kept(|frame| {
+        let lights = many_lights::add_lights(frame, &shape.lights);
+        add_grids(frame, shape, lights, for_shadows)
+    })
 }
 
 fn add_grids(frame: &mut Frame, shape: &LghShape, lights: Lights, for_shadows: bool) -> HierarchyOutputs {

@@ -34,6 +34,13 @@ pub(super) fn complaint(shape: &PbgiShape, words: &[Vec<u32>]) -> Option<String>
             shape.primary_capacity
         ));
     }
+    let (needed, kept) = (points.needed_count, shape.kept_secondaries());
+    if shape.bounces > 1 && needed > kept {
+        return Some(format!(
+            "{needed} secondary points are lit, and there is room for what {kept} of them see: the picture lacks light of \
+             bounces after the first"
+        ));
+    }
     (caches.lost_references > 0).then(|| {
         format!("tiles had no room for {} references to caches: the picture lacks light", caches.lost_references)
     })

@@ -8,7 +8,7 @@ use crate::dump::{
 use crate::micro_buffers::LOBES;
 use crate::shared::{
     BLURRED_COLUMNS, BLURRED_ROWS, CacheCounts, CachePlace, MicroTexel, POINT_LEAVES, PRIMARY_EDGE, PointCounts,
-    SharedStruct, ShownPoint,
+    SECONDARY_EDGE, SharedStruct, ShownPoint,
 };
 
 /// Longer names stand before names that they begin with.
@@ -32,7 +32,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         cache_lobes,
         "For each primary point and each of 5x5 lobes the light of the environment, RGB, and the light of surfaces.",
     ),
-    buffer("cache_places", "metres", cache_places, "Where each cache stands, how far it reaches, and its key."),
+    buffer("cache_places", "metres", cache_places, "Position, reach and key of each cache."),
     buffer(
         "reference_counts",
         COUNT,
@@ -50,7 +50,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "cache_counts",
         COUNT,
         cache_counts,
-        "References that tiles had no room for, and pixels without a cache: within its reach, within twice of it, at all.",
+        "References that did not fit into tiles, and pixels without a cache: within its reach, within twice its reach, at any distance.",
     )),
     image(
         "cache_lighting",
@@ -72,8 +72,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         all_words,
         "Of x, z, -x and -z the highest of any point that a view shows; whole numbers in the order of the floats.",
     ),
-    buffer("shown_points", "metres", shown_points, "The points that a view shows, and what it tells of each."),
-    image("shown_depth", "1", DEPTH, "How high the points lie that are seen from above."),
+    buffer("shown_points", "metres", shown_points, "The points that a view shows, with the values shown for each."),
+    image("shown_depth", "1", DEPTH, "Height of the points seen from above."),
 ];
 
 /// What light is gathered with.
@@ -88,7 +88,7 @@ pub(super) const TABLES: &[Entry] = &[
         "environment_means",
         "radiance",
         environment_means,
-        "The environment's means over caps of the sizes of texels, one image after another; the fourth number is unused.",
+        "The environment's means over spherical caps of the sizes of texels, one image after another; the fourth number is unused.",
     ),
 ];
 
@@ -98,7 +98,7 @@ pub(super) const POINTS: &[Entry] = &[
         "point_nodes",
         "words",
         RGBA,
-        "The nodes of the points' tree from 1 on, two texels each: centroid and radius, and packed normal, area, spread, leaf and flags.",
+        "The nodes of the point tree from 1 on, two texels each: centroid and radius, and packed normal, area, spread, leaf and flags.",
     ),
     buffer("point_albedos", "albedo, RGB9E5", all_words, "Albedo of each node."),
     buffer("point_turned_bits", "bits", all_words, "One bit for each node, 1 where its normal opposes its parent's."),
@@ -107,9 +107,9 @@ pub(super) const POINTS: &[Entry] = &[
         "triangle_cells",
         "index, count",
         pairs,
-        "For each triangle its first cell, and into how many parts its edges are divided.",
+        "For each triangle its first cell, and the number of parts that its edges are divided into.",
     ),
-    buffer("point_arrivals", COUNT, all_words, "How many children of each inner node have been looked at."),
+    buffer("point_arrivals", COUNT, all_words, "Number of children of each inner node that have been visited."),
     buffer(
         "passing_bits",
         "bits",
@@ -121,7 +121,7 @@ pub(super) const POINTS: &[Entry] = &[
         "point_counts",
         COUNT,
         point_counts,
-        "Primary points and those that had no room, points that need a micro-buffer likewise, keys that are seen, and with --reuse what of primary and of other points is kept.",
+        "Primary points and those that did not fit, points that need a micro-buffer likewise, keys that are seen, and with --reuse what of primary and of other points is kept.",
     )),
     buffer(
         "point_dispatches",
@@ -152,19 +152,19 @@ pub(super) const POINTS: &[Entry] = &[
         "unlit_bits",
         "bits",
         all_words,
-        "With --reuse one bit for each key, 1 where that light is not of the frame before.",
+        "With --reuse one bit for each key, 1 where that light is not from the previous frame.",
     ),
     buffer(
         "point_places",
         "key, side of a leaf",
         point_places,
-        "With --reuse the key of each primary point and the leaf that it stands at.",
+        "With --reuse the key of each primary point and the leaf that it is at.",
     ),
     buffer(
         "kept_slots",
         "index",
         kept_slots,
-        "With --reuse for each primary point its number in the frame before; 4294967295 for one that was not there, or stood elsewhere.",
+        "With --reuse the index of each primary point in the previous frame; 4294967295 for one that did not exist, or was elsewhere.",
     ),
     buffer("needed_bits", "bits", all_words, "One bit for each key, 1 where it needs a micro-buffer of its own."),
     buffer(
@@ -177,7 +177,31 @@ pub(super) const POINTS: &[Entry] = &[
         "seen_texels",
         "order << 25 | texel",
         seen_texels,
-        "For each key that rays have seen up to four texels of primary points whose rays hit it, counted over all micro-buffers; 4294967295 for none.",
+        "For each key hit by rays up to four texels of primary points whose rays hit it, counted over all micro-buffers; 4294967295 for none.",
+    ),
+    buffer(
+        "lending_bits",
+        "bits",
+        all_words,
+        "With more than one bounce one bit for each key, 1 where it has light that those can take who see it or what lies below it.",
+    ),
+    buffer(
+        "averaged_bits",
+        "bits",
+        all_words,
+        "With more than one bounce one bit for each key, 1 where its light is the mean of those of its children that lend it.",
+    ),
+    buffer(
+        "secondary_texels",
+        "coverage (0 to 255) << 24 | key",
+        secondary_texels,
+        "With more than one bounce what each point of point_needed sees, row by row in 8x8 texels about its normal, as in micro_texels.",
+    ),
+    buffer(
+        "bounced_irradiance_*",
+        "irradiance",
+        point_irradiance,
+        "With more than one bounce the light of each key that has any, RGB, after an even or odd number of them.",
     ),
     buffer("point_irradiance", "irradiance", point_irradiance, "Light of each key that has any, RGB."),
 ];
@@ -254,6 +278,13 @@ fn primaries(known: &DumpContext<'_>) -> u64 {
 
 fn micro_texels(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::plain(Scalar::U32, &[primaries(known), PRIMARY_EDGE.into(), PRIMARY_EDGE.into()], bytes)
+}
+
+/// As many as there is room for.
+fn secondary_texels(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+    let edge = u64::from(SECONDARY_EDGE);
+    let kept = count_of(known, "needed_count").min(bytes.len() as u64 / (4 * edge * edge));
+    Array::plain(Scalar::U32, &[kept, edge, edge], bytes)
 }
 
 fn cache_lobes(bytes: &[u8], known: &DumpContext<'_>) -> Array {

@@ -35,10 +35,10 @@ pub(super) fn tables(shape: &PbgiShape, pixel: &InspectedPixel) -> Vec<Inspector
     vec![InspectorTable {
         name: "inspected caches",
         columns: &[
-            ("caches", "That light the pixel"),
-            ("first", "The one with the largest share, by its place among the primary points"),
+            ("caches", "Caches that light the pixel"),
+            ("first", "The cache with the largest share, by its index among the primary points"),
             ("key", "Its side of a node: twice the node, and 1 for the side that its normal does not face"),
-            ("level", "Levels above the leaves at which it stands"),
+            ("level", "Its level in the tree, counted up from the leaves"),
             ("share", "Its share in the light of the pixel"),
             ("covered", "Texels of its micro-buffer in which it sees surfaces"),
         ],
@@ -63,9 +63,12 @@ pub(super) fn images(pixel: &InspectedPixel) -> Vec<InspectorImage> {
             pixel,
             |(radiance, _)| shown(radiance),
         ),
-        image("surfaces", "Where surfaces cover it: white; black is the environment", pixel, |(_, coverage)| {
-            packed(Vec3::splat(coverage))
-        }),
+        image(
+            "surfaces",
+            "White where surfaces cover it, black where the environment is visible",
+            pixel,
+            |(_, coverage)| packed(Vec3::splat(coverage)),
+        ),
     ]
 }
 

@@ -51,6 +51,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<PbgiShape> {
         coverage: settings.coverage,
         hemisphere: settings.hemisphere,
         selection: settings.selection,
+        bounces: settings.point_bounces,
         environment_means: job.scene.environment_means(),
     })
 }

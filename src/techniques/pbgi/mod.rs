@@ -3,6 +3,7 @@
 
 mod counts;
 mod dump;
+mod final_gather;
 mod inspector;
 mod measure;
 mod passes;
@@ -22,6 +23,7 @@ use crate::passes::pbgi_shape::PbgiShape;
 use crate::settings::{Settings, View};
 use crate::shared::{FrameData, InspectedPixel, MAX_LEVEL};
 
+pub use final_gather::{FinalGather, FinalGatherShape};
 pub use reference::{PbgiReference, PbgiReferenceShape};
 
 /// Largest radius of a primary point in the picture.
@@ -83,11 +85,11 @@ impl TechniqueShape for PbgiShape {
     }
 
     fn add_passes(&self, frame: &mut Frame, gbuffer: &GBuffer) -> Added {
-        passes::add(frame, self, gbuffer)
+        passes::add(frame, self, gbuffer, None)
     }
 
     fn add_view(&self, frame: &mut Frame, gbuffer: &GBuffer, view: View) -> Option<AddedView> {
-        views::add(frame, self, gbuffer, view)
+        views::add(frame, self, gbuffer, view, None)
     }
 
     fn inspector_tables(&self, pixel: &InspectedPixel) -> Vec<InspectorTable> {

@@ -1,5 +1,6 @@
 //! Point-based global illumination without its savings, a reference for them.
 
+use super::super::rules::require;
 use super::super::{Added, Technique, TechniqueOutputs, TechniqueShape, reference};
 use super::measure;
 use crate::Result;
@@ -29,6 +30,15 @@ impl Technique for PbgiReference {
 
     fn is_reference(&self) -> bool {
         true
+    }
+
+    fn check(&self, settings: &Settings) -> Result<()> {
+        require(settings.pbgi.point_bounces == 1, || {
+            format!(
+                "--technique pbgi-reference has one bounce, not {}: leave --point-bounces out, or choose --technique pbgi",
+                settings.pbgi.point_bounces
+            )
+        })
     }
 
     fn point_count_log2(&self, settings: &Settings) -> Option<u32> {

@@ -4,6 +4,7 @@ use super::super::{AddedView, TechniqueOutputs};
 use super::passes;
 use crate::passes::cache_gather::{self, ShownCaches};
 use crate::passes::gbuffer::GBuffer;
+use crate::passes::lgh_shape::LghShape;
 use crate::passes::pbgi_shape::PbgiShape;
 use crate::passes::point_view::{self, ShownSides, Viewer};
 use crate::passes::{Frame, debug_view};
@@ -33,7 +34,13 @@ fn kind(view: View) -> Option<Kind> {
 }
 
 /// Adds the passes of a view.
-pub(super) fn add(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer, view: View) -> Option<AddedView> {
+pub(super) fn add(
+    frame: &mut Frame,
+    shape: &PbgiShape,
+    gbuffer: &GBuffer,
+    view: View,
+    lgh: Option<&LghShape>,
+) -> Option<AddedView> {
     match kind(view)? {
         Kind::Primaries(viewer) => {
             let found = passes::find_primaries(frame, shape, gbuffer);
@@ -48,15 +55,21 @@ pub(super) fn add(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer, view:
             let (values, picture) = point_view::add(frame, gbuffer, &found.points, &shown, viewer);
             Some(AddedView { values, picture, outputs: TechniqueOutputs::default() })
         }
-        Kind::Caches => Some(show_caches(frame, shape, gbuffer, view)),
+        Kind::Caches => Some(show_caches(frame, shape, gbuffer, view, lgh)),
     }
 }
 
-fn show_caches(frame: &mut Frame, shape: &PbgiShape, gbuffer: &GBuffer, view: View) -> AddedView {
-    let lit = passes::fill_caches(frame, shape, gbuffer);
+fn show_caches(
+    frame: &mut Frame,
+    shape: &PbgiShape,
+    gbuffer: &GBuffer,
+    view: View,
+    lgh: Option<&LghShape>,
+) -> AddedView {
+    let lit = passes::fill_caches(frame, shape, gbuffer, lgh);
     let shown = if view == View::CacheMisses { ShownCaches::Misses } else { ShownCaches::Count };
     let caches = cache_gather::show(frame, gbuffer, &lit.light.caches, &lit.light.tiles, shown);
     let colored = if view == View::CacheWeights { caches.mix } else { caches.values };
     let picture = debug_view::colorize(frame, view, colored);
-    AddedView { values: caches.values, picture, outputs: TechniqueOutputs::new(vec![lit.counts, caches.counts], ()) }
+    AddedView { values: caches.values, picture, outputs: lit.outputs(caches.counts) }
 }

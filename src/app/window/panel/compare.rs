@@ -15,24 +15,24 @@ const NAMED: usize = 4;
 /// The section of the panel.
 pub fn section(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
     let Some(held) = &facts.held else {
-        let help = "Holds these settings on the left; what you change from then on is shown on the right";
+        let help = "Keeps the current settings on the left; later changes apply to the right";
         if ui.button("Split the view (C)").on_hover_text(help).clicked() {
             actions.push(Action::Split);
         }
         return;
     };
     ui.horizontal(|ui| {
-        if ui.button("End (C)").on_hover_text("Goes on with the settings of the right side").clicked() {
+        if ui.button("End (C)").on_hover_text("Ends the split view and keeps the right side's settings").clicked() {
             actions.push(Action::Split);
         }
-        let help = "Exchanges the sides: the panel changes the right one";
-        if ui.button("Exchange sides (X)").on_hover_text(help).clicked() {
+        let help = "Swaps the sides; the panel controls the right one";
+        if ui.button("Swap sides (X)").on_hover_text(help).clicked() {
             actions.push(Action::Swap);
         }
     });
-    ui.label(format!("left side: GPU {:.1} ms a frame", held.ms));
+    ui.label(format!("left side: GPU {:.1} ms per frame", held.ms));
     if held.differences.is_empty() {
-        ui.label("Both sides are the same: change any setting, or take a preset.");
+        ui.label("Both sides are the same: change any setting, or apply a preset.");
     }
     egui::Grid::new("differences").num_columns(3).striped(true).show(ui, |ui| {
         for (key, [left, right]) in &held.differences {
@@ -43,7 +43,9 @@ pub fn section(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         }
     });
     if facts.settings.picture.exposure == Exposure::Auto {
-        ui.label(RichText::new("Each side has its own automatic exposure; a number makes them comparable.").small());
+        ui.label(
+            RichText::new("Each side has its own automatic exposure; a fixed exposure makes them comparable.").small(),
+        );
     }
 }
 

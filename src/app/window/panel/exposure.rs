@@ -14,11 +14,11 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
     let Some(exposure) = facts.main.feedback.and_then(|feedback| feedback.exposure()) else { return };
     let picture = &facts.settings.picture;
     egui::Grid::new("exposure").num_columns(2).show(ui, |ui| {
-        ui.label("Exposure").on_hover_text("Factor on the radiance, compensation included");
+        ui.label("Exposure").on_hover_text("Factor on the radiance, including compensation");
         let how = if picture.exposure == Exposure::Auto { "automatic" } else { "fixed" };
         ui.label(format!("{exposure:.4}, {how}"));
         ui.end_row();
-        ui.label("Compensation, stops").on_hover_text("Page Up and Page Down keys, a quarter each");
+        ui.label("Compensation, stops").on_hover_text("Page Up and Page Down keys, a quarter stop each");
         let mut stops = picture.exposure_compensation;
         let range = -SLIDER_STOPS..=SLIDER_STOPS;
         let slider = egui::Slider::new(&mut stops, range).clamping(egui::SliderClamping::Edits).step_by(0.25);

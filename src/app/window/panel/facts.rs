@@ -1,5 +1,7 @@
 //! What the panel shows of everything else.
 
+use std::path::PathBuf;
+
 use super::history::History;
 use crate::app::window::quality::Quality;
 use crate::gpu::MemoryUse;
@@ -25,6 +27,8 @@ pub struct Facts<'a> {
     pub reserved_bytes: u64,
     /// Name of the device.
     pub device: &'a str,
+    /// Scenes that were opened before, the last one first.
+    pub recent: &'a [PathBuf],
     /// Names of the scene's cameras.
     pub cameras: Vec<&'a str>,
     /// How far a scene is loaded.

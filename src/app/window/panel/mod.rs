@@ -9,6 +9,7 @@ mod inspector;
 mod legend;
 mod progress;
 mod rows;
+mod scene_file;
 mod times;
 
 use std::path::PathBuf;
@@ -22,6 +23,7 @@ use winit::window::Window;
 
 use self::facts::Facts;
 use self::rows::Rows;
+use self::scene_file::SceneFile;
 use super::action::Action;
 use super::presets::PRESETS;
 use crate::gpu::PanelPicture;
@@ -46,18 +48,18 @@ pub struct Panel {
     error: Option<(Instant, String)>,
     message: Option<(Instant, String)>,
     settings_file: String,
-    scene_file: String,
+    scene_file: SceneFile,
     repaint: bool,
 }
 
 impl Panel {
-    /// Hidden at first, with a word on how to show it.
-    pub fn new(window: &Window) -> Self {
+    /// Hidden at first; who sees it for the first time is told how to show it.
+    pub fn new(window: &Window, is_first_start: bool) -> Self {
         let context = Context::default();
         context.set_theme(egui::Theme::Dark);
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, None);
-        let hello = "Tab: settings    H: what the keys do".to_owned();
+        let hello = || (Instant::now(), "Tab: settings    H: keyboard help".to_owned());
         Self {
             context,
             input,
@@ -65,9 +67,9 @@ impl Panel {
             shows_help: false,
             rows: Rows::new(),
             error: None,
-            message: Some((Instant::now(), hello)),
+            message: is_first_start.then(hello),
             settings_file: "gridlight.toml".to_owned(),
-            scene_file: String::new(),
+            scene_file: SceneFile::new(),
             repaint: true,
         }
     }
@@ -115,7 +117,8 @@ impl Panel {
         match event {
             // Keys that a text or an open list is waiting for are theirs.
             WindowEvent::KeyboardInput { .. } => {
-                self.visible && (self.context.egui_wants_keyboard_input() || egui::Popup::is_any_open(&self.context))
+                let is_open = egui::Popup::is_any_open(&self.context) || self.scene_file.asks();
+                self.visible && (self.context.egui_wants_keyboard_input() || is_open)
             }
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
                 self.context.egui_wants_pointer_input() || self.context.is_pointer_over_egui()
@@ -153,6 +156,7 @@ impl Panel {
                 egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.contents(ui, facts, actions));
             });
         }
+        self.scene_file.dialog(ui.ctx(), actions);
         compare::overlay(ui, ui.available_rect_before_wrap(), facts, actions);
         progress::mark(ui, facts);
         help::window(ui, &mut self.shows_help);
@@ -225,17 +229,17 @@ impl Panel {
             if ui
                 .button("Screenshot (F6)")
                 .on_hover_text(
-                    "The picture with all its pixels as EXR and PNG, with the settings, in the working directory",
+                    "Saves the picture at full resolution as EXR and PNG, with the settings, in the working directory",
                 )
                 .clicked()
             {
                 actions.push(Action::Render(None));
             }
-            let pause = if facts.paused { "Go on (Space)" } else { "Pause (Space)" };
-            if ui.button(pause).on_hover_text("Time stands still: the sun's own turn, and new frames").clicked() {
+            let pause = if facts.paused { "Resume (Space)" } else { "Pause (Space)" };
+            if ui.button(pause).on_hover_text("Stops time: the sun's rotation, and new frames").clicked() {
                 actions.push(Action::Pause);
             }
-            if ui.button("Step (.)").on_hover_text("One thirtieth of a second").clicked() {
+            if ui.button("Step (.)").on_hover_text("Advances time by 1/30 second").clicked() {
                 actions.push(Action::Step);
             }
         });
@@ -256,7 +260,7 @@ impl Panel {
 
     fn presets(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         ui.horizontal_wrapped(|ui| {
-            if ui.button("defaults").on_hover_text("What the program does when nothing is said").clicked() {
+            if ui.button("defaults").on_hover_text("Program defaults").clicked() {
                 actions.push(Action::Preset(""));
             }
             for preset in &PRESETS {
@@ -269,23 +273,14 @@ impl Panel {
             ui.label("Settings");
             ui.add(egui::TextEdit::singleline(&mut self.settings_file).desired_width(130.0));
             let path = || PathBuf::from(&self.settings_file);
-            if ui.button("Save").on_hover_text("A file that --settings reads").clicked() {
+            if ui.button("Save").on_hover_text("Saves a file for --settings").clicked() {
                 actions.push(Action::SaveSettings(path()));
             }
             if ui.button("Load").clicked() {
                 actions.push(Action::LoadSettings(path()));
             }
         });
-        ui.horizontal(|ui| {
-            ui.label("Scene");
-            let line =
-                egui::TextEdit::singleline(&mut self.scene_file).desired_width(220.0).hint_text("glTF or GLB file");
-            let entered = ui.add(line).lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-            let opened = ui.button("Open").on_hover_text("Return, or drop a file on the window").clicked();
-            if (opened || entered) && !self.scene_file.is_empty() {
-                actions.push(Action::Open(PathBuf::from(&self.scene_file)));
-            }
-        });
+        self.scene_file.show(ui, facts, actions);
         if ui.button("Copy as command line").clicked()
             && let Ok(line) = facts.settings.command_line()
         {
@@ -305,10 +300,10 @@ fn memory(ui: &mut Ui, facts: &Facts<'_>) {
     let memory = &facts.memory;
     egui::Grid::new("memory").num_columns(2).show(ui, |ui| {
         for (name, bytes) in [
-            ("reserved from the driver", facts.reserved_bytes),
-            ("kept from frame to frame", memory.persistent_bytes),
-            ("shared within a frame", memory.transient_bytes),
-            ("... without sharing", memory.unaliased_bytes),
+            ("allocated from the driver", facts.reserved_bytes),
+            ("persistent", memory.persistent_bytes),
+            ("transient, aliased", memory.transient_bytes),
+            ("... without aliasing", memory.unaliased_bytes),
         ] {
             ui.label(name);
             ui.label(mib(bytes));
@@ -358,7 +353,7 @@ fn sun(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         if let Some(turn) = slider("Sun, height", "Up and down arrow keys", elevation, -88.0..=88.0) {
             actions.push(Action::Sun([0.0, turn]));
         }
-        if let Some(turn) = slider("Sun, turn per second", "Space stops it", facts.sun_speed, -45.0..=45.0) {
+        if let Some(turn) = slider("Sun, turn per second", "Space pauses it", facts.sun_speed, -45.0..=45.0) {
             actions.push(Action::SunSpeed(facts.sun_speed + turn));
         }
     });

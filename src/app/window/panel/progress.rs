@@ -16,9 +16,9 @@ fn done(progress: &Progress) -> (f32, String) {
             (done as f32 / all.max(1) as f32, format!("{done} of {all} rounds"))
         }
         (Some(Quality::Full), None) if accumulated > 0 => {
-            (accumulated as f32 / goal.max(1) as f32, format!("mean of {accumulated} of {goal} frames"))
+            (accumulated as f32 / goal.max(1) as f32, format!("{accumulated} of {goal} frames accumulated"))
         }
-        _ => (0.0, "the whole picture is being rendered".to_owned()),
+        _ => (0.0, "rendering the full picture".to_owned()),
     }
 }
 

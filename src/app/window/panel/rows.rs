@@ -6,8 +6,10 @@ use egui::{Color32, RichText, Ui};
 
 use super::Action;
 use super::facts::Facts;
+use super::scene_file::end_of;
 use crate::cli::{OptionHelp, option_help};
 use crate::settings::{Scope, Settings, plain};
+use crate::techniques::why_unused;
 
 /// The groups of the help whose rows can be shown.
 const GROUPS: [&str; 4] = ["Picture", "Method", "Shadows", "Window"];
@@ -16,6 +18,8 @@ const FIRST: [&str; 7] = ["technique", "view", "vpls", "alpha", "shadow-samples"
 /// The window's own, so that there is no row for it.
 const SIZE: &str = "size";
 const CHANGED: Color32 = Color32::from_rgb(255, 205, 100);
+/// Characters that a line for typing has room for.
+const TYPED: usize = 12;
 /// What a setting without a value is called.
 const NO_VALUE: &str = "auto";
 
@@ -39,7 +43,8 @@ impl Rows {
         let Ok(table) = facts.settings.table() else { return };
         egui::Grid::new("first").num_columns(3).striped(true).show(ui, |ui| {
             for option in FIRST.iter().filter_map(|key| self.options.iter().find(|option| option.key == *key)) {
-                row(ui, option, &table, &self.defaults, &mut self.typed, actions);
+                let values = Values::of(option, &table, &self.defaults, facts);
+                row(ui, option, &values, &mut self.typed, actions);
                 ui.end_row();
             }
         });
@@ -53,7 +58,8 @@ impl Rows {
                 egui::Grid::new(group).num_columns(3).striped(true).show(ui, |ui| {
                     let others = self.options.iter().filter(|option| !FIRST.contains(&option.key.as_str()));
                     for option in others.filter(|option| option.group == group) {
-                        row(ui, option, &table, &self.defaults, &mut self.typed, actions);
+                        let values = Values::of(option, &table, &self.defaults, facts);
+                        row(ui, option, &values, &mut self.typed, actions);
                         ui.end_row();
                     }
                 });
@@ -62,26 +68,48 @@ impl Rows {
     }
 }
 
+/// What a row is about.
+struct Values<'a> {
+    /// All settings in use.
+    table: &'a toml::Table,
+    /// Of all.
+    defaults: &'a toml::Table,
+    /// Why the row's setting has no effect.
+    unused: Option<String>,
+}
+
+impl<'a> Values<'a> {
+    fn of(option: &OptionHelp, table: &'a toml::Table, defaults: &'a toml::Table, facts: &Facts<'_>) -> Self {
+        Self { table, defaults, unused: why_unused(facts.settings, &option.key) }
+    }
+}
+
 fn row(
     ui: &mut Ui,
     option: &OptionHelp,
-    table: &toml::Table,
-    defaults: &toml::Table,
+    values: &Values<'_>,
     typed: &mut BTreeMap<String, String>,
     actions: &mut Vec<Action>,
 ) {
     let key = option.key.as_str();
+    let (table, defaults, unused) = (values.table, values.defaults, values.unused.as_ref());
     let value = table.get(key).map_or_else(|| NO_VALUE.to_owned(), plain);
     let changed = table.get(key) != defaults.get(key);
     let name = RichText::new(key);
-    ui.label(if changed { name.color(CHANGED).strong() } else { name }).on_hover_text(&option.help);
-    let controls = ui.scope(|ui| match table.get(key) {
+    let name = match unused {
+        Some(_) => name.weak(),
+        None if changed => name.color(CHANGED).strong(),
+        None => name,
+    };
+    let help = unused.map_or_else(|| option.help.clone(), |why| format!("No effect {why}. {}", option.help));
+    ui.label(name).on_hover_text(&help);
+    let controls = ui.add_enabled_ui(unused.is_none(), |ui| match table.get(key) {
         _ if !option.values.is_empty() => choice(ui, option, &value, defaults.get(key).is_none()),
         Some(toml::Value::Integer(number)) => integer(ui, *number),
         Some(toml::Value::Float(number)) => float(ui, *number),
         _ => text(ui, key, &value, typed),
     });
-    controls.response.on_hover_text(&option.help);
+    controls.response.on_hover_text(&help).on_disabled_hover_text(&help);
     match controls.inner {
         Some(new) if new == NO_VALUE && defaults.get(key).is_none() => actions.push(Action::Reset(key.to_owned())),
         Some(new) => actions.push(Action::Set(key.to_owned(), new)),
@@ -127,13 +155,14 @@ fn float(ui: &mut Ui, number: f64) -> Option<String> {
 
 /// A word or a number, taken over with the Enter key.
 fn text(ui: &mut Ui, key: &str, value: &str, typed: &mut BTreeMap<String, String>) -> Option<String> {
-    let mut line = typed.get(key).cloned().unwrap_or_else(|| value.to_owned());
+    // Of a long path the end tells more, until it is edited.
+    let mut line = typed.get(key).cloned().unwrap_or_else(|| end_of(value, TYPED));
     let response = ui.add(egui::TextEdit::singleline(&mut line).desired_width(90.0));
     if response.lost_focus() {
-        typed.remove(key);
-        return (line != value).then_some(line);
+        return typed.remove(key).map(|_| line).filter(|line| line != value);
     }
     if response.has_focus() {
+        let line = if typed.contains_key(key) { line } else { value.to_owned() };
         typed.insert(key.to_owned(), line);
     }
     None

@@ -24,7 +24,7 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>) {
     let mean = facts.history.mean_ms();
     let sum: f64 = mean.iter().sum();
     let wall = facts.history.frames().last().map_or(0.0, |frame| frame.cpu_ms);
-    ui.label(format!("GPU {sum:.1} ms a frame, mean of 10; submission to completion {wall:.1} ms"));
+    ui.label(format!("GPU {sum:.1} ms per frame, mean of 10; submission to completion {wall:.1} ms"));
     // In the order of the frame, so that nothing jumps.
     let rows: Vec<(&Group, f64)> = groups.iter().map(|g| (g, ms(&g.passes, &mean))).collect();
     egui::Grid::new("times").num_columns(4).striped(true).min_col_width(20.0).show(ui, |ui| {
@@ -88,7 +88,7 @@ fn graph(ui: &mut Ui, facts: &Facts<'_>, groups: &[Group]) {
             bottom -= height;
         }
     }
-    let text = format!("{most:.1} ms at most, {KEPT} frames");
+    let text = format!("maximum {most:.1} ms, last {KEPT} frames");
     let font = egui::TextStyle::Small.resolve(ui.style());
     painter.text(area.left_top() + Vec2::new(4.0, 1.0), egui::Align2::LEFT_TOP, text, font, Color32::LIGHT_GRAY);
 }

@@ -18,11 +18,11 @@ use crate::app::window::stage::Stage;
 #[cfg(feature = "shader-compiler")]
 use crate::app::window::stage::Wanted as FrameWanted;
 use crate::app::window::{presets, screenshot};
-use crate::settings::{EnvironmentSource, Scope, Settings};
+use crate::settings::{EnvironmentSource, MotionSettings, Scope, Settings};
 use crate::techniques;
 
 /// What a camera that orbits does.
-const ORBITS: &str = "the mouse, a button held: around the scene; wheel: nearer; O or W A S D Q E: fly";
+const ORBITS: &str = "drag the mouse: orbit; wheel: distance; O or W A S D Q E: fly";
 
 impl Session {
     /// Does one thing; what the user got wrong is shown in the window.
@@ -68,8 +68,8 @@ impl Session {
             Action::Screenshot(name) => self.screenshots.push(Shot { name, waits: false }),
             Action::Render(name) => {
                 self.screenshots.push(Shot { name, waits: true });
-                if !self.refinement.is_full() {
-                    self.panel.say("the picture is saved once it has all pixels".to_owned());
+                if !self.refinement.is_full(&self.plan()) {
+                    self.panel.say("the picture will be saved when it is complete".to_owned());
                 }
             }
             Action::SaveSettings(path) => {
@@ -136,12 +136,12 @@ impl Session {
         let bounds = self.stage.as_ref().map(|stage| stage.scene().bounds);
         let begins = !self.camera.orbits();
         self.camera.orbit(bounds.as_ref().filter(|_| begins));
-        self.panel.say(if begins { ORBITS } else { "W A S D Q E and the mouse, a button held: fly" }.to_owned());
+        self.panel.say(if begins { ORBITS } else { "W A S D Q E and dragging the mouse: fly" }.to_owned());
     }
 
     /// Says how fast the camera flies.
     pub(super) fn say_speed(&mut self, speed: f32) {
-        self.panel.say(format!("flies {speed:.3} m/s (wheel; R: as before)"));
+        self.panel.say(format!("flying speed {speed:.3} m/s (wheel; R: reset)"));
         self.dirty = true;
     }
 
@@ -149,15 +149,15 @@ impl Session {
     fn leave(&mut self) {
         let asks = self.asked_to_leave.is_some_and(|asked| asked.elapsed() < MESSAGE);
         let lost = if self.screenshots.is_empty() {
-            (self.settings != self.saved_settings).then_some("the settings have been changed and not been saved")
+            (self.settings != self.saved_settings).then_some("the settings have unsaved changes")
         } else {
-            Some("a picture is still to be saved")
+            Some("a picture has not been saved yet")
         };
         match lost.filter(|_| !asks) {
             None => self.quit = true,
             Some(lost) => {
                 self.asked_to_leave = Some(Instant::now());
-                self.panel.say(format!("{lost}: Esc once more leaves"));
+                self.panel.say(format!("{lost}: press Esc again to quit"));
             }
         }
     }
@@ -209,11 +209,11 @@ impl Session {
     /// Starts to load a scene; the one that is shown stays until then.
     fn load(&mut self, path: Option<PathBuf>) -> Result<()> {
         if self.loading.is_some() {
-            self.panel.show_error("a scene is being loaded already".to_owned());
+            self.panel.show_error("a scene is already being loaded".to_owned());
             return Ok(());
         }
         let environment = self.settings.environment.clone();
-        let wanted = Wanted { path, sun: None, environment, is_again: false };
+        let wanted = Wanted { path, sun: None, motion: MotionSettings::default(), environment, is_again: false };
         let started = Loading::start(wanted, self.presenter.gpu().report().limits.array_layers);
         self.loading = self.recover(started)?;
         self.panel.clear_error();
@@ -256,7 +256,7 @@ impl Session {
         let names = compiled.names();
         self.panel.clear_error();
         if names.is_empty() {
-            self.panel.say("the shaders in use are those of the sources".to_owned());
+            self.panel.say("the shaders are up to date".to_owned());
             return Ok(());
         }
         let what = format!("{} shader(s) compiled: {}", names.len(), names.join(" "));

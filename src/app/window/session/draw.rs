@@ -15,6 +15,10 @@ use crate::gpu::PanelPicture;
 use crate::renderer::Renderer;
 use crate::settings::{Settings, Size};
 
+/// Time between two pictures that differ in the panel alone, while frames are rendered: showing takes time from them, above all
+/// where one processor does both.
+const PANEL_EVERY: Duration = Duration::from_millis(15);
+const PANEL_EVERY_ON_CPU: Duration = Duration::from_millis(100);
 /// Time between two titles.
 const TITLE_EVERY: Duration = Duration::from_millis(500);
 
@@ -33,7 +37,7 @@ impl Session {
     pub(super) fn show(&mut self) -> Result<()> {
         let now = Instant::now();
         self.dirty |= self.repaint_at.is_some_and(|at| at <= now);
-        if !self.dirty || !self.presenter.is_ready(self.stage.as_mut())? {
+        if !self.dirty || self.panel_can_wait() || !self.presenter.is_ready(self.stage.as_mut())? {
             return Ok(());
         }
         let (mut picture, actions) = self.run_panel();
@@ -61,7 +65,15 @@ impl Session {
             return Ok(());
         }
         self.panel_picture.textures.clear();
+        (self.has_new_picture, self.shown_at) = (false, Instant::now());
         self.end_capture()
+    }
+
+    /// Whether there is nothing new but in the panel, which has just been shown.
+    fn panel_can_wait(&self) -> bool {
+        let is_cpu = self.presenter.gpu().report().is_cpu();
+        let pause = if is_cpu { PANEL_EVERY_ON_CPU } else { PANEL_EVERY };
+        self.is_rendering() && !self.has_new_picture && self.shown_at.elapsed() < pause
     }
 
     /// A capture ends once the picture of its frame is shown.
@@ -91,6 +103,7 @@ impl Session {
             memory: renderer.map(|r| r.executor().memory()).unwrap_or_default(),
             reserved_bytes: self.presenter.gpu().reserved_bytes(),
             device: &self.presenter.gpu().report().name,
+            recent: self.recent.scenes(),
             cameras: stage.map_or_else(Vec::new, |stage| stage.scene().cameras.iter().map(|c| &*c.name).collect()),
             loading: self.loading.as_ref().map(Loading::progress),
             progress,

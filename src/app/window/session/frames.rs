@@ -9,13 +9,15 @@ use crate::Result;
 use crate::app::window::quality::{Plan, Quality, Way, fixed_scale};
 use crate::app::window::refinement::{Next, Refinement};
 use crate::app::window::screenshot;
-use crate::app::window::stage::{DoneFrame, Request, Stage, Wanted};
+use crate::app::window::stage::{Adapted, DoneFrame, Patience, Request, Stage, Wanted};
 use crate::scene::Camera;
 use crate::settings::{Settings, View};
 use crate::techniques::{self, Technique};
 
 /// About the longest piece of a frame: what the window shows comes after it.
 const PIECE_MS: f64 = 20.0;
+/// The same of a frame that is itself what the window shows next: between pieces the device waits.
+const MOVING_PIECE_MS: f64 = 50.0;
 /// Time until a reference shows what it has; later on more often than not it shows twice as much.
 const FIRST_PART: Duration = Duration::from_secs(1);
 /// Longest time between two parts.
@@ -31,6 +33,8 @@ pub(super) struct Target {
     camera: Camera,
     /// How often the sun and the other lights have changed.
     light_changes: u64,
+    /// The moment of the scene's animation.
+    moment_s: f64,
     inspected: Option<[f32; 2]>,
     inspects: bool,
 }
@@ -57,6 +61,7 @@ impl Session {
             window_px,
             way,
             accumulate: sides().map(|side| side.render.accumulate).max().unwrap_or(1),
+            samples: sides().map(|side| side.many_lights.shadow_samples).max().unwrap_or(1),
             is_picture: sides().any(|side| side.render.view == View::Final),
             is_reference: sides().any(|side| techniques::of(side).is_ok_and(Technique::is_reference)),
         }
@@ -86,6 +91,7 @@ impl Session {
             window_px: self.window_px(),
             camera: self.camera.camera().clone(),
             light_changes: self.suns.changes(),
+            moment_s: self.moment_s,
             inspected: self.inspector.point(),
             inspects: self.inspector.is_on(),
         };
@@ -106,15 +112,19 @@ impl Session {
             self.recover(captured)?;
         }
         self.is_late = self.stage.as_ref().is_some_and(|stage| stage.running().is_some());
-        (self.target, self.begins_anew, self.dirty, self.part) = (Some(target), false, true, None);
+        // A frame that shows it is next; until it is there, only the panel may have to tell.
+        (self.target, self.begins_anew, self.part) = (Some(target), false, None);
+        self.dirty |= is_other;
         Ok(())
     }
 
     /// Looks at the frame under way; true when none is, be it that it has just completed.
     pub(super) fn advance(&mut self) -> Result<bool> {
-        let piece_ms = PIECE_MS.min(f64::from(self.settings.device.max_submit_ms));
         let flow = if self.shows_part_now() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         let Some(stage) = &mut self.stage else { return Ok(true) };
+        let is_moving = stage.running().is_some_and(|(quality, _)| quality == Quality::Moving);
+        let piece_ms = if is_moving { MOVING_PIECE_MS } else { PIECE_MS };
+        let piece_ms = piece_ms.min(f64::from(self.settings.device.max_submit_ms));
         if let Some(done) = stage.advance(piece_ms, flow)? {
             self.take_done(done);
         }
@@ -149,9 +159,12 @@ impl Session {
             }
         }
         self.frames_done += 1;
+        if self.is_scripted && self.plays() {
+            self.moment_s += 1.0 / self.settings.motion.fps;
+        }
         self.capture_ends = true;
         self.part = part;
-        self.dirty = true;
+        (self.dirty, self.has_new_picture) = (true, true);
         if self.is_late {
             // Something has changed since it was begun.
             (self.is_late, self.part) = (false, None);
@@ -163,6 +176,7 @@ impl Session {
 
     /// Begins the frame that comes next, if there is one; true when a frame is under way then.
     pub(super) fn begin_next(&mut self) -> Result<bool> {
+        self.waits_for_measures = false;
         let next = self.refinement.next(&self.plan(), Instant::now());
         let Next::Frame(quality, number) = next else { return Ok(false) };
         let settings = self.settings_for(quality);
@@ -171,14 +185,21 @@ impl Session {
         let wanted =
             Wanted { settings: &settings, held: held.as_ref(), camera: &camera, inspects: self.inspector.is_on() };
         let Some(stage) = &mut self.stage else { return Ok(false) };
+        if stage.pose(self.moment_s)? {
+            self.suns.carry(stage.scene(), stage.uploaded().other_lights());
+        }
         let start = Instant::now();
-        let adapted = stage.adapt(quality, &wanted);
+        let adapted = stage.adapt(quality, &wanted, Patience::Returns);
         match self.recover(adapted)? {
-            Some(true) => {
+            Some(Adapted::Later) => {
+                self.waits_for_measures = true;
+                return Ok(false);
+            }
+            Some(Adapted::Yes) => {
                 log::debug!("{quality:?} compiled anew in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
                 self.history.forget();
             }
-            Some(false) => {}
+            Some(Adapted::No) => {}
             None => {
                 // The frames before stay, and so do their settings; a split view ends when they are the same.
                 if self.settings == self.shown_settings {
@@ -212,8 +233,10 @@ impl Session {
 
     /// Takes the screenshots whose time has come; no frame is under way.
     pub(super) fn take_screenshots(&mut self) -> Result<()> {
-        let (has_picture, is_full) = (self.refinement.has_picture(), self.refinement.is_full());
-        let is_due = |shot: &Shot| if shot.waits { is_full } else { has_picture };
+        let (has_picture, is_full) = (self.refinement.has_picture(), self.refinement.is_full(&self.plan()));
+        // What moves never comes to rest, and is another scene once it is rendered.
+        let plays = self.plays() && self.stage.as_ref().and_then(Stage::shown).is_some();
+        let is_due = |shot: &Shot| plays || if shot.waits { is_full } else { has_picture };
         let (due, later) = std::mem::take(&mut self.screenshots).into_iter().partition(is_due);
         self.screenshots = later;
         due.into_iter().try_for_each(|Shot { name, .. }| self.take_screenshot(name.as_deref()))

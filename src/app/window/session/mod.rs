@@ -3,6 +3,7 @@
 mod actions;
 mod draw;
 mod frames;
+mod input;
 mod scenes;
 mod split;
 
@@ -10,13 +11,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use winit::event::{MouseScrollDelta, WindowEvent};
-use winit::keyboard::KeyCode;
-use winit::window::{CursorGrabMode, Window};
+use winit::window::Window;
 
 use self::frames::Target;
 use self::split::{Inspector, Split};
-use super::action::Action;
 use super::app::IDLE;
 use super::camera::FlyCamera;
 use super::keys::Keys;
@@ -25,6 +23,7 @@ use super::panel::Panel;
 use super::panel::history::History;
 use super::presenter::Presenter;
 use super::quality::{Quality, fixed_scale};
+use super::recent::Recent;
 use super::refinement::{Next, Refinement};
 #[cfg(feature = "shader-compiler")]
 use super::reload::ShaderReload;
@@ -77,6 +76,7 @@ struct Shot {
 /// Everything of an open window.
 pub struct Session {
     panel: Panel,
+    recent: Recent,
     /// What is rendered, once there is a scene.
     stage: Option<Stage>,
     presenter: Presenter,
@@ -106,6 +106,10 @@ pub struct Session {
     /// Turn of the sun since the lights were last measured.
     sun_turned_deg: f32,
     clock: Clock,
+    /// The moment of the scene's animation, in seconds.
+    moment_s: f64,
+    /// Frames, not the clock, move the scene.
+    is_scripted: bool,
     scale: ScaleControl,
     history: History,
     /// What is to be seen, and how far its picture has come.
@@ -113,6 +117,8 @@ pub struct Session {
     refinement: Refinement,
     /// What is to be seen has changed, whether or not that can be told from the target.
     begins_anew: bool,
+    /// The next frame begins once something has been measured for it.
+    waits_for_measures: bool,
     /// The frame under way shows what has changed since.
     is_late: bool,
     /// Rounds done and all of them, of a reference that shows what it has.
@@ -138,6 +144,10 @@ pub struct Session {
     repaint_at: Option<Instant>,
     /// Something may look different from what is shown.
     dirty: bool,
+    /// A frame has completed that has not been shown.
+    has_new_picture: bool,
+    /// When the window was given a picture last.
+    shown_at: Instant,
     /// Nobody can see the window.
     hidden: bool,
     /// Size of the window, as the window system said last.
@@ -166,19 +176,24 @@ impl Session {
         let wanted = Wanted {
             path: settings.scene.file.clone(),
             sun: settings.scene.sun,
+            motion: settings.motion.clone(),
             environment: settings.environment.clone(),
             is_again: false,
         };
         let loading = Some(Loading::start(wanted, layers)?);
         let now = Instant::now();
+        // A script finds the same window every time.
+        let recent = if script.is_over() { Recent::of_user() } else { Recent::default() };
         Ok(Self {
-            panel: Panel::new(&window),
+            panel: Panel::new(&window, recent.is_first_start()),
+            recent,
             stage: None,
             loading,
             window,
             saved_settings: settings.clone(),
             asked_to_leave: None,
             shown_settings: settings.clone(),
+            is_scripted: !script.is_over(),
             script,
             frame: 0,
             frame_seen: now,
@@ -191,11 +206,13 @@ impl Session {
             sun_speed: 0.0,
             sun_turned_deg: 0.0,
             clock: Clock { last: now, paused: false, steps: 0 },
+            moment_s: settings.motion.time_s,
             scale: ScaleControl::new([size.width, size.height], presenter.gpu().report().is_cpu()),
             history: History::default(),
             target: None,
             refinement: Refinement::new(now),
             begins_anew: true,
+            waits_for_measures: false,
             is_late: false,
             part: None,
             shown_quality: None,
@@ -211,6 +228,8 @@ impl Session {
             panel_picture: PanelPicture::default(),
             repaint_at: None,
             dirty: true,
+            has_new_picture: false,
+            shown_at: now,
             hidden: false,
             size_px: [size.width, size.height],
             asked_size_px: None,
@@ -251,12 +270,17 @@ impl Session {
         self.light_anew()?;
         #[cfg(feature = "shader-compiler")]
         self.take_shaders()?;
-        let between_frames = self.advance()?;
+        // A frame that cannot begin yet is not left out.
+        let between_frames = self.advance()? && !self.waits_for_measures;
         self.run_script(between_frames)?;
         self.pass_time()?;
         self.show_title();
         if self.hidden || self.window_px().contains(&0) {
             return self.stay_hidden();
+        }
+        if between_frames && self.plays() {
+            // The next frame begins at once.
+            self.take_screenshots()?;
         }
         self.watch()?;
         let renders = !between_frames && self.is_rendering() || self.begin_next()?;
@@ -276,7 +300,7 @@ impl Session {
         if let Some(stage) = &mut self.stage {
             stage.abandon()?;
         }
-        (self.begins_anew, self.dirty) = (true, true);
+        (self.begins_anew, self.dirty, self.waits_for_measures) = (true, true, false);
         for shot in std::mem::take(&mut self.screenshots) {
             self.take_screenshot(shot.name.as_deref())?;
         }
@@ -288,9 +312,13 @@ impl Session {
         let idle = 10 * IDLE;
         if self.is_rendering() || self.dirty || !self.script.is_over() {
             BUSY
-        } else if self.keys.are_moving() || self.sun_speed != 0.0 && !self.clock.paused {
+        } else if self.waits_for_measures
+            || self.keys.are_moving()
+            || self.plays()
+            || self.sun_speed != 0.0 && !self.clock.paused
+        {
             MOVING
-        } else if self.loading.is_some() || !self.refinement.has_picture() || !self.refinement.is_full() {
+        } else if self.loading.is_some() || !self.refinement.has_picture() || !self.refinement.is_full(&self.plan()) {
             IDLE
         } else {
             self.repaint_at.map_or(idle, |at| at.saturating_duration_since(Instant::now()).min(idle))
@@ -315,7 +343,7 @@ impl Session {
             self.act(action)?;
         }
         // What is not rendered because something may still move is not left out.
-        let waits = self.refinement.next(&self.plan(), Instant::now()) == Next::Wait;
+        let waits = !self.plays() && self.refinement.next(&self.plan(), Instant::now()) == Next::Wait;
         let is_shown = !self.dirty && self.has_asked_size() || self.hidden || self.window_px().contains(&0);
         let is_busy = !between_frames || waits || !is_shown && self.frame_seen.elapsed() < SCRIPT_PATIENCE;
         if is_busy || self.loading.is_some() || !self.screenshots.is_empty() {
@@ -344,6 +372,9 @@ impl Session {
         }
         let time = if self.clock.paused { SINGLE_STEP_S * self.clock.steps as f32 } else { seconds };
         self.clock.steps = 0;
+        if self.plays() && !self.is_scripted || self.clock.paused && self.scene_moves() {
+            self.moment_s += f64::from(time);
+        }
         let [azimuth, elevation] = self.keys.sun_deg(seconds);
         self.turn_sun([azimuth + self.sun_speed * time, elevation]);
         let at_rest = azimuth == 0.0 && elevation == 0.0 && self.sun_speed == 0.0;
@@ -355,6 +386,15 @@ impl Session {
             self.begins_anew = true;
         }
         Ok(())
+    }
+
+    fn scene_moves(&self) -> bool {
+        self.stage.as_ref().is_some_and(Stage::moves)
+    }
+
+    /// Whether the scene moves by itself.
+    fn plays(&self) -> bool {
+        !self.clock.paused && self.scene_moves()
     }
 
     fn turn_sun(&mut self, [azimuth, elevation]: [f32; 2]) {
@@ -380,90 +420,5 @@ impl Session {
     /// Whether the picture's size follows the time that frames take.
     fn chooses_scale(&self) -> bool {
         fixed_scale(self.settings.window.render_scale).is_none()
-    }
-
-    /// Lets the panel see an event; true when it is the panel's alone.
-    pub fn panel_takes(&mut self, event: &WindowEvent) -> bool {
-        if !matches!(event, WindowEvent::RedrawRequested) {
-            self.dirty = true;
-        }
-        self.panel.on_event(&self.window, event)
-    }
-
-    /// A key goes down or up.
-    pub fn key(&mut self, key: KeyCode, down: bool, repeat: bool) {
-        // The keys that were held until now have moved the camera until now.
-        if let Err(error) = self.pass_time() {
-            log::error!("{error}");
-        }
-        self.keys.set(key, down);
-        if let Some(action) = self.keys.action(key).filter(|_| down && !repeat)
-            && let Err(error) = self.act(action)
-        {
-            log::error!("{error}");
-            self.panel.show_error(error.to_string());
-        }
-    }
-
-    /// The window lost the keyboard.
-    pub fn lose_focus(&mut self) {
-        self.keys.release_all();
-        self.mouse(false);
-    }
-
-    /// A button goes down over the picture, or up.
-    pub fn mouse(&mut self, down: bool) {
-        if self.looking == down {
-            return;
-        }
-        self.looking = down;
-        let modes: &[_] =
-            if down { &[CursorGrabMode::Locked, CursorGrabMode::Confined] } else { &[CursorGrabMode::None] };
-        if !modes.iter().any(|mode| self.window.set_cursor_grab(*mode).is_ok()) {
-            log::debug!("the cursor cannot be held");
-        }
-        self.window.set_cursor_visible(!down);
-    }
-
-    /// The mouse moves, right and down.
-    pub fn mouse_moved(&mut self, [dx, dy]: [f32; 2]) {
-        if self.looking {
-            self.camera.look(dx, dy);
-        }
-    }
-
-    /// The wheel turns over the picture.
-    pub fn wheel(&mut self, delta: MouseScrollDelta) {
-        let notches = match delta {
-            MouseScrollDelta::LineDelta(_, lines) => lines,
-            MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
-        };
-        if self.camera.orbits() {
-            self.camera.zoom(notches);
-        } else {
-            let speed = self.keys.wheel(notches);
-            self.say_speed(speed);
-        }
-    }
-
-    /// The window has another size.
-    pub fn resized(&mut self, size_px: [u32; 2]) {
-        self.size_px = size_px;
-        self.scale.forget(size_px);
-        self.presenter.resized();
-        self.dirty = true;
-    }
-
-    /// The window is out of sight, or back.
-    pub fn hidden(&mut self, hidden: bool) {
-        self.hidden = hidden;
-        self.dirty = true;
-    }
-
-    /// A file was dropped on the window.
-    pub fn drop_file(&mut self, path: PathBuf) {
-        if let Err(error) = self.act(Action::Open(path)) {
-            self.panel.show_error(error.to_string());
-        }
     }
 }

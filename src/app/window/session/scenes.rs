@@ -53,6 +53,7 @@ impl Session {
         if wanted.is_again {
             suns.steered_as(&self.suns);
         } else {
+            self.moment_s = wanted.motion.time_s;
             self.camera = FlyCamera::for_scene(camera, &scene.bounds);
             if self.has_scene {
                 (self.settings.scene.camera, self.settings.scene.sun) = (None, None);
@@ -63,6 +64,7 @@ impl Session {
             suns.follow(scene, &self.settings.environment);
         }
         self.suns = suns;
+        self.recent.note(wanted.path.as_deref());
         (self.settings.scene.file, self.shown_environment) = (wanted.path, wanted.environment);
         self.shown_settings = self.settings.clone();
         self.scale.forget(self.window_px());
@@ -83,6 +85,7 @@ impl Session {
         let wanted = Wanted {
             path: self.settings.scene.file.clone(),
             sun: self.suns.setting(),
+            motion: self.settings.motion.clone(),
             environment: asked.clone(),
             is_again: true,
         };

@@ -75,7 +75,7 @@ impl Session {
     /// Exchanges the sides.
     pub(super) fn swap_sides(&mut self) {
         let Some(split) = &mut self.split else {
-            self.panel.say("there is no split view to exchange the sides of: C begins one".to_owned());
+            self.panel.say("there is no split view to swap: C starts one".to_owned());
             return;
         };
         let shared = self.settings.clone();

@@ -1,0 +1,175 @@
+//! What extensions do to a scene, on hand-written numbers.
+
+use std::f32::consts::FRAC_PI_2;
+
+use serde_json::{Value, json};
+
+use super::tests::{Parts, QUAD, open};
+use super::*;
+
+/// The quad with two sets of texture coordinates, of material 0, with these top-level entries.
+fn quad(extra: impl FnOnce(&mut Parts) -> Value) -> Result<Scene> {
+    let mut parts = Parts::default();
+    let position = parts.floats("VEC3", &QUAD);
+    let first = parts.floats("VEC2", &[0., 0., 1., 0., 0., 1., 1., 1.]);
+    let second = parts.floats("VEC2", &[0.5; 8]);
+    let attributes = json!({"POSITION": position, "TEXCOORD_0": first, "TEXCOORD_1": second});
+    let extra = extra(&mut parts);
+    open(&parts.glb(json!([{"primitives": [{"attributes": attributes, "mode": 5, "material": 0}]}]), extra))
+}
+
+/// A PNG of one texel.
+fn image(parts: &mut Parts) -> usize {
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbImage::new(1, 1).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    parts.view(&png.into_inner())
+}
+
+/// The texture coordinates of the corners 0, 1 and 2 of the quad whose base colour has this texture info.
+fn mapped(info: &Value) -> [[f32; 2]; 3] {
+    let scene = quad(|parts| {
+        json!({"images": [{"bufferView": image(parts)}], "textures": [{"source": 0}],
+            "materials": [{"pbrMetallicRoughness": {"baseColorTexture": info}}]})
+    });
+    let scene = scene.unwrap();
+    [0, 1, 2].map(|corner| scene.vertices[scene.indices[corner] as usize].uv.map(|c| (c * 1e4).round() / 1e4))
+}
+
+#[test]
+fn textures_lie_as_their_set_and_transform_say() {
+    assert_eq!(mapped(&json!({"index": 0})), [[0., 0.], [1., 0.], [0., 1.]]);
+    assert_eq!(mapped(&json!({"index": 0, "texCoord": 1})), [[0.5, 0.5]; 3]);
+    assert_eq!(mapped(&json!({"index": 0, "texCoord": 7})), [[0.0, 0.0]; 3], "a set that is not there");
+    let transform = |t: Value| json!({"index": 0, "extensions": {"KHR_texture_transform": t}});
+    assert_eq!(mapped(&transform(json!({"texCoord": 1}))), [[0.5, 0.5]; 3]);
+    let stretched = transform(json!({"offset": [0.25, 0.5], "scale": [2, 3.0]}));
+    assert_eq!(mapped(&stretched), [[0.25, 0.5], [2.25, 0.5], [0.25, 3.5]]);
+    // A quarter turn counter-clockwise as the texture is seen takes +u to -v, which is up.
+    assert_eq!(mapped(&transform(json!({"rotation": FRAC_PI_2}))), [[0., 0.], [0., -1.], [1., 0.]]);
+    let all = transform(json!({"rotation": FRAC_PI_2, "scale": [2, 3], "offset": [10, 20]}));
+    assert_eq!(mapped(&all), [[10., 20.], [10., 18.], [13., 20.]]);
+}
+
+#[test]
+fn a_broken_extension_is_named() {
+    let broken = |transform: Value| {
+        let info = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
+        let scene = quad(|_| json!({"materials": [{"pbrMetallicRoughness": {"baseColorTexture": info}}]}));
+        scene.err().unwrap().to_string()
+    };
+    let message = broken(json!({"scale": 3}));
+    assert!(message.starts_with("test.glb: material 0 has a broken KHR_texture_transform: "), "{message}");
+    assert!(broken(json!({"scale": [1e39, 1]})).contains("that is not finite"));
+}
+
+#[test]
+fn specular_glossiness_gives_its_diffuse_colour() {
+    let scene = quad(|parts| {
+        let sheen = json!({"diffuseFactor": [0.5, 0.25, 0, 1], "diffuseTexture": {"index": 0, "texCoord": 1.0},
+            "specularFactor": [1, 1, 1], "glossinessFactor": 0.5, "extras": 3});
+        json!({"images": [{"bufferView": image(parts)}], "textures": [{"source": 0}],
+            "extensionsRequired": ["KHR_materials_pbrSpecularGlossiness"],
+            "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]},
+                "extensions": {"KHR_materials_pbrSpecularGlossiness": sheen}}]})
+    });
+    let scene = scene.unwrap();
+    assert_eq!(scene.materials[0].base_color, [0.5, 0.25, 0.0, 1.0]);
+    assert_eq!((scene.materials[0].base_color_texture, scene.vertices[0].uv), (Some(0), [0.5, 0.5]));
+}
+
+#[test]
+fn instances_are_placed_below_their_node() {
+    let scene = quad(|parts| {
+        let translations = parts.floats("VEC3", &[0., 0., 0., 5., 0., 0., 0., 7., 0.]);
+        let scales = parts.floats("VEC3", &[1., 1., 1., 2., 2., 2., 1., 1., 1.]);
+        // Normalised shorts: none, none, a half turn about z.
+        let turns = parts.view(bytemuck::cast_slice(&[0i16, 0, 0, 32767, 0, 0, 0, 32767, 0, 0, 32767, 0]));
+        let turns = parts.accessor(json!({"bufferView": turns, "componentType": 5122, "normalized": true, "count": 3,
+            "type": "VEC4"}));
+        let attributes = json!({"TRANSLATION": translations, "SCALE": scales, "ROTATION": turns, "_ID": 99});
+        json!({"materials": [{}], "extensionsRequired": ["EXT_mesh_gpu_instancing"],
+            "nodes": [{"mesh": 0, "translation": [0, 0, 3], "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}]})
+    });
+    let scene = scene.unwrap();
+    assert_eq!(scene.indices.len(), 18);
+    assert_eq!((scene.bounds.min, scene.bounds.max), (Vec3::new(-1.0, 0.0, 3.0), Vec3::new(7.0, 7.0, 3.0)));
+    let uneven = quad(|parts| {
+        let (three, two) = (parts.floats("VEC3", &[0.0; 9]), parts.floats("VEC3", &[1.0; 6]));
+        let attributes = json!({"TRANSLATION": three, "SCALE": two});
+        json!({"materials": [{}], "nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}]})
+    });
+    let message = uneven.err().unwrap().to_string();
+    assert!(message.contains("node 0 has instances with attributes of different counts"), "{message}");
+}
+
+#[test]
+fn invisible_nodes_hide_what_is_below_them() {
+    let scene = quad(|_| {
+        let hidden = json!({"KHR_node_visibility": {"visible": false}});
+        let shown = json!({"KHR_node_visibility": {"visible": true}, "KHR_lights_punctual": {"light": 0}});
+        json!({"materials": [{}], "extensionsRequired": ["KHR_node_visibility"], "scenes": [{"nodes": [0, 1]}],
+            "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point"}]}},
+            "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}],
+            "nodes": [{"mesh": 0}, {"children": [2], "extensions": hidden}, {"mesh": 0, "camera": 0, "extensions": shown}]})
+    });
+    let scene = scene.unwrap();
+    assert_eq!((scene.indices.len(), scene.cameras.len()), (6, 1));
+    assert_eq!(scene.lit_by, crate::scene::LitBy::Nothing);
+}
+
+/// Where an optional extension is what the file has its data by, it is what an error names.
+#[test]
+fn data_that_are_there_only_compressed_name_the_extension() {
+    let draco = quad(|parts| {
+        parts.accessors[0] = json!({"componentType": 5126, "count": 4, "type": "VEC3"});
+        json!({"extensionsUsed": ["KHR_draco_mesh_compression"], "materials": [{}], "meshes": [{"primitives": [{
+            "attributes": {"POSITION": 0}, "extensions": {"KHR_draco_mesh_compression": {"bufferView": 1}}}]}]})
+    });
+    let message = draco.err().unwrap().to_string();
+    let reason = "is there only by the extension KHR_draco_mesh_compression, which is not supported";
+    assert_eq!(message, format!("test.glb: mesh 0, primitive 0 {reason}"));
+    let fallback = json!({"fallback": true});
+    let meshopt = quad(|parts| {
+        json!({"extensionsUsed": ["EXT_meshopt_compression"], "materials": [{}], "buffers": [{"byteLength": parts.bin.len()},
+            {"byteLength": 99, "extensions": {"EXT_meshopt_compression": fallback}}]})
+    });
+    let message = meshopt.err().unwrap().to_string();
+    let reason = "is there only by the extension EXT_meshopt_compression, which is not supported";
+    assert_eq!(message, format!("test.glb: buffer 1 {reason}"));
+}
+
+/// A picture whose left half is red and whose right half is blue.
+fn halves() -> image::RgbaImage {
+    image::RgbaImage::from_fn(8, 4, |x, _| image::Rgba(if x < 4 { [255, 0, 0, 255] } else { [0, 0, 255, 255] }))
+}
+
+/// The texture that an extension's image becomes.
+fn textured(extension: &str, file: &[u8]) -> Result<Scene> {
+    quad(|parts| {
+        json!({"images": [{"bufferView": parts.view(file)}], "extensionsRequired": [extension],
+            "textures": [{"extensions": {extension: {"source": 0}}}],
+            "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]})
+    })
+}
+
+#[test]
+fn webp_and_dds_images_are_read() {
+    let mut webp = std::io::Cursor::new(Vec::new());
+    halves().write_with_encoder(image::codecs::webp::WebPEncoder::new_lossless(&mut webp)).unwrap();
+    // Two blocks of BC1: two colours of 5, 6 and 5 bits, and every texel the first of them.
+    let block = |color: u16| [&color.to_le_bytes()[..], &[0; 6]].concat();
+    let words = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+    let head = [&[124u32, 0x81007, 4, 8, 16, 0, 1][..], &[0; 11], &[32, 4], &[u32::from_le_bytes(*b"DXT1")], &[0; 5]];
+    let head = [words(&head.concat()), words(&[0x1000, 0, 0, 0, 0])].concat();
+    let dds = [b"DDS ".to_vec(), head, block(0xf800), block(0x001f)].concat();
+    for (extension, file) in [("EXT_texture_webp", webp.into_inner()), ("MSFT_texture_dds", dds)] {
+        let scene = textured(extension, &file).unwrap();
+        let texture = &scene.textures[0];
+        assert_eq!((texture.width, texture.height), (8, 4), "{extension}");
+        assert!(texture.rgba == halves().into_raw(), "{extension}");
+        let cut = textured(extension, &file[..file.len() - 5]).err().unwrap().to_string();
+        assert!(cut.contains("texture `image 0` is unreadable"), "{cut}");
+    }
+    let unread = textured("EXT_texture_webp", b"\xabKTX 20\xbb\r\n\x1a\n").err().unwrap().to_string();
+    assert!(unread.ends_with("texture `image 0` is unreadable: KTX2 images are not supported"), "{unread}");
+}

@@ -1,0 +1,153 @@
+//! The extensions of glTF: which are read, and what a picture lacks without the others.
+
+use serde_json::{Map, Value};
+
+/// Extensions that are read. Quantised attributes are read like any others.
+const READ: [&str; 8] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_mesh_quantization",
+    "KHR_node_visibility",
+    "KHR_texture_transform",
+    "MSFT_texture_dds",
+];
+
+/// Extensions that compress what buffers hold.
+const COMPRESSIONS: [&str; 3] = ["EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"];
+
+/// What the picture is like without an extension that is not read.
+const NOT_READ: [(&str, &[&str]); 10] = [
+    (
+        "every surface is diffuse",
+        &[
+            "ADOBE_materials_clearcoat_specular",
+            "ADOBE_materials_clearcoat_tint",
+            "EXT_materials_clearcoat_darkening",
+            "EXT_materials_specular_edge_color",
+            "KHR_materials_anisotropy",
+            "KHR_materials_clearcoat",
+            "KHR_materials_ior",
+            "KHR_materials_iridescence",
+            "KHR_materials_sheen",
+            "KHR_materials_specular",
+            "MSFT_packing_normalRoughnessMetallic",
+            "MSFT_packing_occlusionRoughnessMetallic",
+            "NV_materials_mdl",
+        ],
+    ),
+    (
+        "no light passes through surfaces",
+        &[
+            "ADOBE_materials_thin_transparency",
+            "KHR_materials_diffuse_transmission",
+            "KHR_materials_dispersion",
+            "KHR_materials_subsurface",
+            "KHR_materials_transmission",
+            "KHR_materials_volume",
+            "KHR_materials_volume_scatter",
+        ],
+    ),
+    ("surfaces shine as without it", &["KHR_materials_emissive_strength"]),
+    ("surfaces are lit like all others", &["KHR_materials_unlit"]),
+    ("materials are those without a variant", &["KHR_materials_variants", "FB_geometry_metadata"]),
+    ("textures that only it has are left out", &["EXT_texture_astc", "EXT_texture_avif", "KHR_texture_basisu"]),
+    ("meshes are those that the file has uncompressed", &COMPRESSIONS),
+    ("its light is missing", &["EXT_lights_ies", "EXT_lights_image_based"]),
+    ("what it alone moves stands still", &["KHR_animation_pointer"]),
+    (
+        "the picture is as without it",
+        &[
+            "AGI_articulations",
+            "AGI_stk_metadata",
+            "CESIUM_primitive_outline",
+            "EXT_instance_features",
+            "EXT_mesh_features",
+            "EXT_mesh_manifold",
+            "EXT_mesh_polygon",
+            "EXT_mesh_primitive_restart",
+            "EXT_structural_metadata",
+            "GRIFFEL_bim_data",
+            "KHR_accessor_float64",
+            "KHR_audio_emitter",
+            "KHR_interactivity",
+            "KHR_mesh_variants",
+            "KHR_node_hoverability",
+            "KHR_node_selectability",
+            "KHR_physics_rigid_bodies",
+            "KHR_xmp",
+            "KHR_xmp_json_ld",
+            "MPEG_accessor_timed",
+            "MPEG_audio_spatial",
+            "MPEG_buffer_circular",
+            "MPEG_media",
+            "MPEG_scene_interactivity",
+            "MSFT_lod",
+            "OMI_physics_body",
+            "OMI_physics_shape",
+            "VRM",
+            "VRMC_materials_mtoon",
+            "VRMC_node_constraint",
+            "VRMC_springBone",
+            "VRMC_vrm",
+        ],
+    ),
+];
+
+/// The extension of these by which something of the file is compressed, if there is one.
+pub(super) fn compression(extensions: Option<&Map<String, Value>>) -> Option<&str> {
+    let names = extensions.into_iter().flat_map(Map::keys);
+    names.map(String::as_str).find(|name| COMPRESSIONS.contains(name))
+}
+
+/// Refuses a file that requires an extension that is not read, naming all of them.
+pub(super) fn check_required(required: &[&str]) -> Result<(), String> {
+    let unread: Vec<&str> = required.iter().copied().filter(|name| !READ.contains(name)).collect();
+    match unread.as_slice() {
+        [] => Ok(()),
+        [name] => Err(format!("it requires the extension {name}, which is not supported")),
+        [names @ .., last] => {
+            Err(format!("it requires the extensions {} and {last}, which are not supported", names.join(", ")))
+        }
+    }
+}
+
+/// For each extension in use that is not read, what that does to the picture: a sentence.
+pub(super) fn unread<'a>(used: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut names: Vec<&str> = used.filter(|name| !READ.contains(name)).collect();
+    names.sort_unstable();
+    names.dedup();
+    let effect = |name: &str| NOT_READ.iter().find(|(_, names)| names.contains(&name)).map(|(effect, _)| *effect);
+    let unknown = "what it adds is missing";
+    names.iter().map(|name| format!("the extension {name} is not read: {}", effect(name).unwrap_or(unknown))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_extension_stands_once() {
+        let mut names: Vec<&str> = NOT_READ.iter().flat_map(|(_, names)| *names).chain(&READ).copied().collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count);
+    }
+
+    #[test]
+    fn required_ones_are_refused_together() {
+        assert_eq!(check_required(&READ), Ok(()));
+        let error = check_required(&["KHR_mesh_quantization", "A", "B", "C"]).unwrap_err();
+        assert_eq!(error, "it requires the extensions A, B and C, which are not supported");
+    }
+
+    #[test]
+    fn others_are_told_once_with_what_they_do() {
+        let used = ["X_y", "KHR_lights_punctual", "KHR_materials_clearcoat", "X_y"];
+        let told = unread(used.into_iter());
+        assert_eq!(told[0], "the extension KHR_materials_clearcoat is not read: every surface is diffuse");
+        assert_eq!(told[1..], ["the extension X_y is not read: what it adds is missing"]);
+    }
+}

@@ -1,0 +1,70 @@
+//! The JSON of a glTF: what it says of itself first, then the whole of it.
+
+use std::path::Path;
+
+use ::gltf::json::Root;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::gltf_extensions::check_required;
+use super::gltf_lenient::Lenient;
+use crate::{Error, Result};
+
+/// What decides whether the rest is looked at. Of any type, so that a file of another version gets the sentence about that.
+#[derive(Deserialize)]
+struct Head {
+    asset: Option<Value>,
+    #[serde(rename = "extensionsRequired")]
+    extensions_required: Option<Value>,
+}
+
+/// Parses the JSON text, without byte order mark and padding. A wrong version and a required extension that is not read are
+/// found before anything else.
+///
+/// # Errors
+/// [`Error::File`] in one sentence.
+pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Root> {
+    let broken = |reason: &dyn std::fmt::Display| Error::file(path, format_args!("the glTF JSON is broken: {reason}"));
+    let head: Head = serde_json::from_slice(text).map_err(|e| broken(&e))?;
+    check_version(head.asset.as_ref()).map_err(|reason| Error::file(path, reason))?;
+    check_required(&strings(head.extensions_required.as_ref())).map_err(|reason| Error::file(path, reason))?;
+    let mut json = serde_json::Deserializer::from_slice(text);
+    let mut track = serde_path_to_error::Track::new();
+    let tracked = serde_path_to_error::Deserializer::new(Lenient::new(&mut json), &mut track);
+    Root::deserialize(tracked).map_err(|e| broken(&format_args!("{}: {e}", track.path())))
+}
+
+/// The strings of a list that may be anything.
+fn strings(list: Option<&Value>) -> Vec<&str> {
+    list.and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str).collect()
+}
+
+/// Whether a file of this `asset` may be read: of version 2, and not in need of a later 2.x.
+fn check_version(asset: Option<&Value>) -> std::result::Result<(), String> {
+    // Some write it as a number.
+    let text = |key: &str| match asset?.get(key)? {
+        Value::String(text) => Some(text.trim().to_owned()),
+        Value::Number(number) => Some(number.to_string()),
+        _ => None,
+    };
+    let parts = |version: &str| -> Option<(u32, u32)> {
+        let (major, minor) = version.split_once('.').unwrap_or((version, "0"));
+        Some((major.parse().ok()?, minor.parse().ok()?))
+    };
+    let Some(version) = text("version") else {
+        return Err("it has no asset.version, which every glTF has".into());
+    };
+    if parts(&version).is_none_or(|(major, _)| major != 2) {
+        return Err(format!("it is of glTF version {version}; only version 2 can be read"));
+    }
+    match text("minVersion") {
+        Some(needed) if parts(&needed).is_none_or(|needed| needed > (2, 0)) => {
+            Err(format!("it needs a reader of glTF version {needed}; version 2.0 is what can be read"))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+#[path = "gltf_json_tests.rs"]
+mod tests;

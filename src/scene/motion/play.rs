@@ -1,0 +1,120 @@
+//! A scene while its animations play.
+
+use super::{Motion, Moves};
+use crate::scene::{Aabb, Scene};
+use crate::{Error, Result};
+
+/// Moments of a clip, evenly spaced, at which a scene's bounds are looked at.
+const MOMENTS_PER_CLIP: u32 = 64;
+/// Most keys that bounds are looked at; clips of more keys are sampled at every so many.
+const MOST_KEYS: usize = 1024;
+
+impl Scene {
+    /// Chooses what plays: a name, an index, `all` or `none`; the first animation when nothing is asked for. What is
+    /// constant for a run, the scene's bounds, is then that of all moments.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when there is no such animation.
+    pub fn play(&mut self, wanted: Option<&str>) -> Result<()> {
+        let names: Vec<&str> = self.motion.names().collect();
+        let index = |name: &str| name.parse::<usize>().ok().filter(|index| *index < names.len());
+        let playing = match wanted {
+            None => (0..names.len().min(1)).collect(),
+            Some("none") => Vec::new(),
+            Some("all") => (0..names.len()).collect(),
+            Some(name) => match names.iter().position(|known| *known == name).or_else(|| index(name)) {
+                Some(index) => vec![index],
+                None if names.is_empty() => {
+                    return Err(Error::Usage(format!("--animation {name} is not in the scene, which has none")));
+                }
+                None => {
+                    let names = names.join(", ");
+                    return Err(Error::Usage(format!(
+                        "--animation {name} is not in the scene; its animations are {names}"
+                    )));
+                }
+            },
+        };
+        self.motion.playing = playing;
+        if self.motion.moves().geometry {
+            self.bounds = self.motion.swept_bounds(self);
+        }
+        Ok(())
+    }
+
+    /// Puts everything that moves where it is at a moment.
+    pub fn pose(&mut self, time_s: f64) {
+        let moves = self.motion.moves();
+        if !moves.any() {
+            return;
+        }
+        let motion = &self.motion;
+        let posed = motion.hierarchy.pose(motion.playing_clips(), time_s);
+        let moved = motion.moved_by(motion.playing_clips());
+        for body in motion.bodies.iter().filter(|body| motion.body_moves(body, &moved)) {
+            body.pose(&posed, &motion.skins, &mut self.vertices);
+        }
+        for (camera, carried) in self.cameras.iter_mut().zip(&motion.cameras).filter(|(_, c)| moved[c.node]) {
+            *camera = carried.at_rest.carried_to(&posed.worlds[carried.node]);
+        }
+        for (light, carried) in self.lights.iter_mut().zip(&motion.lights).filter(|(_, c)| moved[c.node]) {
+            *light = carried.at_rest.carried_to(&posed.worlds[carried.node]);
+        }
+    }
+}
+
+impl Motion {
+    /// What moves while the chosen clips play.
+    #[must_use]
+    pub fn moves(&self) -> Moves {
+        let moved = self.moved_by(self.playing_clips());
+        Moves {
+            geometry: self.bodies.iter().any(|body| self.body_moves(body, &moved)),
+            lights: self.lights.iter().any(|light| moved[light.node]),
+            cameras: self.cameras.iter().any(|camera| moved[camera.node]),
+        }
+    }
+
+    fn moving_bodies(&self) -> Vec<&super::Body> {
+        let moved = self.moved_by(self.playing_clips());
+        self.bodies.iter().filter(|body| self.body_moves(body, &moved)).collect()
+    }
+
+    /// Which of a scene's vertices move.
+    pub(in crate::scene) fn moving_vertices(&self, count: usize) -> Vec<bool> {
+        let mut moves = vec![false; count];
+        for body in self.moving_bodies() {
+            moves[body.first_vertex..body.first_vertex + body.vertex_count()].fill(true);
+        }
+        moves
+    }
+
+    /// Bounds of all vertices that triangles use at all moments.
+    fn swept_bounds(&self, scene: &Scene) -> Aabb {
+        let moving = self.moving_bodies();
+        let moves = self.moving_vertices(scene.vertices.len());
+        let standing = scene.indices.iter().map(|index| *index as usize).filter(|index| !moves[*index]);
+        let mut bounds = standing.fold(Aabb::EMPTY, |all, index| all.with(scene.vertices[index].position_ws.into()));
+        for time_s in self.moments_s() {
+            let posed = self.hierarchy.pose(self.playing_clips(), time_s);
+            bounds = moving.iter().fold(bounds, |all, body| all.union(&body.bounds(&posed, &self.skins)));
+        }
+        bounds
+    }
+
+    /// The moments that stand for all of the clips that play: keys, and some between.
+    fn moments_s(&self) -> Vec<f64> {
+        let samplers = self.playing_clips().flat_map(|clip| &clip.channels).map(|channel| &channel.sampler);
+        let mut keys_s: Vec<f32> = samplers.flat_map(|sampler| sampler.times_s()).copied().collect();
+        keys_s.sort_by(f32::total_cmp);
+        keys_s.dedup();
+        let every = keys_s.len().div_ceil(MOST_KEYS).max(1);
+        let keys = keys_s.into_iter().step_by(every).map(f64::from);
+        let step_s = |clip: &super::Clip| clip.duration_s / f64::from(MOMENTS_PER_CLIP);
+        let even =
+            self.playing_clips().flat_map(|clip| (0..MOMENTS_PER_CLIP).map(move |i| f64::from(i) * step_s(clip)));
+        // The end of a clip is its beginning when it repeats, so it is looked at from just before.
+        let ends = self.playing_clips().map(|clip| clip.duration_s * (1.0 - 1e-9));
+        keys.chain(even).chain(ends).collect()
+    }
+}

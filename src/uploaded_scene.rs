@@ -170,25 +170,31 @@ impl UploadedScene {
     }
 
     /// Spreads 2 to this power points over the surfaces of the scene, which is the one that was uploaded, unless it has
-    /// them already or none are wanted.
+    /// them already or none are wanted. Returns them.
     ///
     /// # Errors
     /// Those of [`PointCloud::of_scene`].
-    pub fn spread_points(&mut self, scene: &Scene, leaf_count_log2: Option<u32>) -> Result<()> {
-        let Some(wanted) = leaf_count_log2 else { return Ok(()) };
-        let known = self.points.iter().position(|points| points.leaf_count_log2 == wanted);
-        let points = match known {
-            Some(index) => self.points.remove(index),
-            None => {
+    pub fn spread_points(&mut self, scene: &Scene, leaf_count_log2: Option<u32>) -> Result<Option<Arc<PointCloud>>> {
+        let Some(wanted) = leaf_count_log2 else { return Ok(None) };
+        let points = match self.points(wanted) {
+            Ok(known) => Arc::clone(known),
+            Err(_) => {
                 let start = Instant::now();
                 let points = PointCloud::of_scene(scene, wanted)?;
                 log::info!("points: {}, {:.0} ms", points.leaf_count(), start.elapsed().as_secs_f64() * 1e3);
                 Arc::new(points)
             }
         };
+        self.keep_points(Some(Arc::clone(&points)));
+        Ok(Some(points))
+    }
+
+    /// Takes points that were spread over this scene elsewhere, such as on another thread, if there are any.
+    pub fn keep_points(&mut self, points: Option<Arc<PointCloud>>) {
+        let Some(points) = points else { return };
+        self.points.retain(|known| known.leaf_count_log2 != points.leaf_count_log2);
         self.points.insert(0, points);
         self.points.truncate(KEPT_POINTS);
-        Ok(())
     }
 
     /// The points that were spread over it, 2 to this power of them.

@@ -136,7 +136,8 @@ pub struct Stage {
     measuring: Option<Measuring>,
     measured: Vec<Measured>,
     uploaded: UploadedScene,
-    scene: Scene,
+    /// Shared with a measurement under way only.
+    scene: Arc<Scene>,
     /// The moment of its animation, in seconds; no number before the first.
     moment_s: f64,
     window: WindowFormat,
@@ -165,7 +166,7 @@ impl Stage {
             measuring: None,
             measured: Vec::new(),
             uploaded,
-            scene: loaded.scene,
+            scene: Arc::new(loaded.scene),
             moment_s: f64::NAN,
             window,
             gpu: Arc::clone(gpu),
@@ -203,9 +204,10 @@ impl Stage {
         if !self.moves() || moment_s == self.moment_s || self.measuring.is_some() {
             return Ok(false);
         }
+        let Some(scene) = Arc::get_mut(&mut self.scene) else { return Ok(false) };
         self.moment_s = moment_s;
-        self.scene.pose(moment_s);
-        self.uploaded.follow(&self.gpu, &self.scene)?;
+        scene.pose(moment_s);
+        self.uploaded.follow(&self.gpu, scene)?;
         let sides = self.all_sets_mut().flat_map(|set| set.held.iter_mut().chain([&mut set.main]));
         sides.for_each(|side| side.renderer.expect_another_scene());
         Ok(self.scene.motion.moves().lights)
@@ -269,16 +271,18 @@ impl Stage {
     /// # Errors
     /// When the settings do not fit the device.
     pub fn adapt(&mut self, quality: Quality, wanted: &Wanted<'_>, patience: Patience) -> Result<Adapted> {
-        for settings in [Some(wanted.settings), wanted.held].into_iter().flatten() {
-            let points = techniques::of(settings)?.point_count_log2(settings);
-            self.uploaded.spread_points(&self.scene, points)?;
+        let sides = || [Some(wanted.settings), wanted.held].into_iter().flatten();
+        for settings in sides() {
+            if !self.has_points(settings)? && !self.measure(settings, wanted.camera, patience)? {
+                return Ok(Adapted::Later);
+            }
         }
         if let Some(set) = &self.sets[quality.index()]
             && self.fits(set, wanted)?
         {
             return Ok(Adapted::No);
         }
-        for settings in [Some(wanted.settings), wanted.held].into_iter().flatten() {
+        for settings in sides() {
             if !self.measure(settings, wanted.camera, patience)? {
                 return Ok(Adapted::Later);
             }
@@ -290,22 +294,32 @@ impl Stage {
         Ok(Adapted::Yes)
     }
 
-    /// Measures what frames of these settings need; false while that is under way.
+    /// Spreads the points and measures what frames of these settings need; false while that is under way.
     fn measure(&mut self, settings: &Settings, camera: &Camera, patience: Patience) -> Result<bool> {
-        while self.measured_for(settings)?.is_none() {
+        while !self.has_points(settings)? || self.measured_for(settings)?.is_none() {
             let measuring = match self.measuring.take() {
                 Some(measuring) => measuring,
-                None => Measuring::start(&self.gpu, &self.uploaded, camera, settings)?,
+                None => Measuring::start(&self.gpu, &self.scene, &self.uploaded, camera, settings)?,
             };
             if patience == Patience::Returns && !measuring.is_done() {
                 self.measuring = Some(measuring);
                 return Ok(false);
             }
-            let measured = measuring.finish(settings)?;
-            self.measured.splice(0..0, measured);
-            self.measured.truncate(KEPT_MEASURES);
+            let is_stale = measuring.is_stale();
+            let Some(measured) = measuring.finish(settings)? else { continue };
+            self.uploaded.keep_points(measured.points.clone());
+            if !is_stale {
+                self.measured.insert(0, measured);
+                self.measured.truncate(KEPT_MEASURES);
+            }
         }
         Ok(true)
+    }
+
+    /// Whether the points that frames of these settings need have been spread.
+    fn has_points(&self, settings: &Settings) -> Result<bool> {
+        let wanted = techniques::of(settings)?.point_count_log2(settings);
+        Ok(wanted.is_none_or(|count_log2| self.uploaded.points(count_log2).is_ok()))
     }
 
     fn fits(&self, set: &FrameSet, wanted: &Wanted<'_>) -> Result<bool> {

@@ -77,7 +77,10 @@ fn compare_pictures(
         _ => Tone::Reinhard { exposure: auto_exposure(&reference) },
     };
     let limits = args.image_limits();
-    check_something_is_finite(args, &reference, &test, limits)?;
+    if let Some(clause) = fault_of_test(&reference, &test).filter(|_| limits.any()) {
+        return hold(&args.reference, &args.test, &[clause]);
+    }
+    check_something_is_finite(&args.reference, &reference, &args.test, &test)?;
     let found = compare_images(&reference, &test, tone, direct.as_ref())?;
     let exceeded = limits.exceeded(&found.metrics);
     if let Some(file) = json {
@@ -92,7 +95,7 @@ fn compare_pictures(
     if !args.quiet {
         super::say(&table::image_table(&found.metrics, &limits, args.verbose));
     }
-    hold(args, &exceeded)
+    hold(&args.reference, &args.test, &exceeded)
 }
 
 fn compare_timings(args: &CompareArgs, json: Option<OutputFile>) -> Result<()> {
@@ -105,10 +108,10 @@ fn compare_timings(args: &CompareArgs, json: Option<OutputFile>) -> Result<()> {
     if !args.quiet {
         super::say(&table::timing_table(&found, args.max_regression, args.verbose));
     }
-    hold(args, &exceeded)
+    hold(&args.reference, &args.test, &exceeded)
 }
 
-fn check_sizes(reference_path: &Path, reference: &Image, test_path: &Path, test: &Image) -> Result<()> {
+pub(super) fn check_sizes(reference_path: &Path, reference: &Image, test_path: &Path, test: &Image) -> Result<()> {
     if reference.size() == test.size() {
         return Ok(());
     }
@@ -117,18 +120,32 @@ fn check_sizes(reference_path: &Path, reference: &Image, test_path: &Path, test:
     Err(Error::Usage(format!("{reference} is {a}x{b} and {test} is {c}x{d}: only pictures of one size compare")))
 }
 
-/// Nothing can be measured where no pixel is finite in both; with a limit that is the test's fault if it has a part.
-fn check_something_is_finite(args: &CompareArgs, reference: &Image, test: &Image, limits: ImageLimits) -> Result<()> {
-    let finite = |pixel: &[f32; 3]| pixel.iter().all(|v| v.is_finite());
-    if reference.pixels().iter().zip(test.pixels()).any(|(r, t)| finite(r) && finite(t)) {
+/// The clause about a test that leaves nothing to measure.
+pub(super) fn fault_of_test(reference: &Image, test: &Image) -> Option<String> {
+    let spoiled = test.pixels().iter().filter(|pixel| !is_finite(pixel)).count();
+    limits::not_finite(spoiled).filter(|_| !any_finite(reference, test))
+}
+
+/// Nothing can be measured where no pixel is finite in both.
+pub(super) fn check_something_is_finite(
+    reference_path: &Path,
+    reference: &Image,
+    test_path: &Path,
+    test: &Image,
+) -> Result<()> {
+    if any_finite(reference, test) {
         return Ok(());
     }
-    let spoiled = test.pixels().iter().filter(|pixel| !finite(pixel)).count();
-    if let Some(clause) = limits::not_finite(spoiled).filter(|_| limits.any()) {
-        return hold(args, &[clause]);
-    }
-    let (reference, test) = (args.reference.display(), args.test.display());
+    let (reference, test) = (reference_path.display(), test_path.display());
     Err(Error::Failure(format!("{reference} and {test} have no pixel that is finite in both")))
+}
+
+fn any_finite(reference: &Image, test: &Image) -> bool {
+    reference.pixels().iter().zip(test.pixels()).any(|(r, t)| is_finite(r) && is_finite(t))
+}
+
+fn is_finite(pixel: &[f32; 3]) -> bool {
+    pixel.iter().all(|value| value.is_finite())
 }
 
 fn commit_json(file: OutputFile, args: &CompareArgs, found: impl Serialize, exceeded: &[String]) -> Result<()> {
@@ -139,10 +156,10 @@ fn commit_json(file: OutputFile, args: &CompareArgs, found: impl Serialize, exce
 
 /// # Errors
 /// [`Error::Threshold`] with all the clauses, if there are any.
-fn hold(args: &CompareArgs, exceeded: &[String]) -> Result<()> {
+pub(super) fn hold(reference: &Path, test: &Path, exceeded: &[String]) -> Result<()> {
     if exceeded.is_empty() {
         return Ok(());
     }
-    let (reference, test) = (args.reference.display(), args.test.display());
+    let (reference, test) = (reference.display(), test.display());
     Err(Error::Threshold(format!("{test} against {reference}: {}", exceeded.join("; "))))
 }

@@ -1,6 +1,7 @@
 //! The program: reads the command line, does what it asks, answers with an exit code.
 
 pub mod compare;
+pub mod compare_sequence;
 pub mod counts;
 pub mod diff_dumps;
 pub mod error_report;
@@ -51,6 +52,7 @@ fn execute(command: Command) -> Result<()> {
             Ok(())
         }
         Command::Compare(args) => compare::compare(&args),
+        Command::CompareSequence(args) => compare_sequence::compare(&args),
         Command::DiffDumps(args) => diff_dumps::diff(&args),
         Command::Selftest(args) => {
             start_log(Verbosity { verbose: 0, quiet: args.quiet });

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ArgAction;
 
+use super::compare_sequence::CompareSequenceArgs;
 use super::error_report::ErrorReportArgs;
 use crate::compare::ImageLimits;
 use crate::files::FileKind;
@@ -20,6 +21,9 @@ pub(super) enum Subcommand {
     /// Compare a picture or a timings file with a reference
     #[command(after_help = COMPARE_HELP)]
     Compare(CompareArgs),
+    /// Compare a sequence of pictures with the true one: flicker, lag, the answer to a step, and the error of each frame
+    #[command(after_help = super::compare_sequence::HELP)]
+    CompareSequence(CompareSequenceArgs),
     /// Compare two dumps pass by pass and name the first pass that differs (exit 3 when one does)
     DiffDumps(DiffDumpsArgs),
     /// Render in stages, and split the error of the method by cause
@@ -111,7 +115,7 @@ pub enum CompareKind {
 }
 
 impl CompareKind {
-    fn of(path: &Path) -> Result<Self> {
+    pub(super) fn of(path: &Path) -> Result<Self> {
         match FileKind::of(path) {
             Some(FileKind::Exr) => Ok(Self::Exr),
             Some(FileKind::Png) => Ok(Self::Png),
@@ -153,16 +157,8 @@ impl CompareArgs {
             ("--energy-within", self.energy_within),
             ("--max-regression", self.max_regression),
         ];
-        for (option, value) in limits {
-            if let Some(value) = value.filter(|value| !value.is_finite() || *value < 0.0) {
-                return Err(Error::Usage(format!("{option} must be a finite number of at least 0, not {value}")));
-            }
-        }
-        if let Some(Exposure::Fixed(factor)) = self.exposure
-            && (!factor.is_finite() || factor <= 0.0)
-        {
-            return Err(Error::Usage(format!("--exposure must be a finite number above 0, not {factor}")));
-        }
+        check_limits(&limits)?;
+        check_exposure(self.exposure)?;
         check_extension("--heatmap", self.heatmap.as_deref(), FileKind::Png)?;
         check_extension("--json", self.json.as_deref(), FileKind::Json)?;
         check_extension("--direct", self.direct.as_deref(), FileKind::Exr)?;
@@ -204,7 +200,27 @@ impl CompareArgs {
     }
 }
 
-fn check_extension(option: &str, path: Option<&Path>, wanted: FileKind) -> Result<()> {
+/// Limits are finite and at least 0.
+pub(super) fn check_limits(limits: &[(&str, Option<f64>)]) -> Result<()> {
+    let bad = |value: f64| !value.is_finite() || value < 0.0;
+    match limits.iter().find_map(|(option, value)| Some((option, value.filter(|value| bad(*value))?))) {
+        None => Ok(()),
+        Some((option, value)) => {
+            Err(Error::Usage(format!("{option} must be a finite number of at least 0, not {value}")))
+        }
+    }
+}
+
+pub(super) fn check_exposure(exposure: Option<Exposure>) -> Result<()> {
+    match exposure {
+        Some(Exposure::Fixed(factor)) if !factor.is_finite() || factor <= 0.0 => {
+            Err(Error::Usage(format!("--exposure must be a finite number above 0, not {factor}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+pub(super) fn check_extension(option: &str, path: Option<&Path>, wanted: FileKind) -> Result<()> {
     match path.filter(|path| FileKind::of(path) != Some(wanted)) {
         None => Ok(()),
         Some(path) => Err(Error::Usage(format!("{option} {} must end in .{}", path.display(), wanted.extension()))),

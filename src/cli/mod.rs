@@ -1,6 +1,7 @@
 //! The command line: what it accepts, and how it overrides a settings file.
 
 mod commands;
+mod compare_sequence;
 mod complaints;
 mod error_report;
 mod every_view;
@@ -22,6 +23,7 @@ use crate::settings::{
 use crate::{Error, Result, techniques};
 use commands::Subcommand;
 pub use commands::{CompareArgs, CompareKind, DiffDumpsArgs, SelftestArgs};
+pub use compare_sequence::CompareSequenceArgs;
 pub use error_report::{ErrorReportOptions, REPORT_FILES};
 pub use help::{OptionHelp, option_help};
 use options::{DiagnosticsArgs, FileArgs, GraphArgs, ListArgs, Overrides, ScriptArgs};
@@ -72,6 +74,8 @@ pub enum Command {
     },
     /// Compare two files.
     Compare(Box<CompareArgs>),
+    /// Compare two sequences of pictures.
+    CompareSequence(Box<CompareSequenceArgs>),
     /// Compare two dumps.
     DiffDumps(DiffDumpsArgs),
     /// Test a device.
@@ -167,6 +171,10 @@ impl Args {
             Some(Subcommand::Compare(compare)) => {
                 compare.check()?;
                 return Ok(Command::Compare(Box::new(compare)));
+            }
+            Some(Subcommand::CompareSequence(compare)) => {
+                compare.check()?;
+                return Ok(Command::CompareSequence(Box::new(compare)));
             }
             Some(Subcommand::DiffDumps(dumps)) => {
                 dumps.check()?;

@@ -9,6 +9,7 @@ mod image;
 pub mod limits;
 mod metrics;
 mod pair;
+pub mod sequence;
 mod ssim;
 pub mod table;
 pub mod timings;
@@ -19,8 +20,9 @@ pub use flip::flip_map;
 pub use image::Image;
 pub use limits::ImageLimits;
 pub use metrics::{Comparison, ImageMetrics, IndirectMetrics, compare_images, metrics};
+pub use sequence::{SequenceLimits, SequenceMeter, SequenceMetrics};
 pub use timings::{TimingComparison, TimingsFile};
-pub use tone::{Tone, auto_exposure, tone_map};
+pub use tone::{LogAverage, Tone, auto_exposure, tone_map};
 
 #[cfg(test)]
 pub(crate) mod testing;

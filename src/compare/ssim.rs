@@ -43,7 +43,8 @@ pub fn ssim(reference: &Image, test: &Image, counts: &[bool]) -> Option<f64> {
     (windows > 0.0).then(|| sum / windows)
 }
 
-fn luma(image: &Image) -> Vec<f64> {
+/// Luma of a display picture, pixel by pixel.
+pub fn luma(image: &Image) -> Vec<f64> {
     image.pixels().iter().map(|pixel| pixel.iter().zip(LUMA).map(|(&v, weight)| f64::from(v) * weight).sum()).collect()
 }
 

@@ -81,7 +81,7 @@ fn measures(metrics: &ImageMetrics, limits: &ImageLimits) -> Vec<MeasureRow> {
 }
 
 /// A limit and whether it holds; empty without a limit.
-fn verdict(limit: Option<String>, is_exceeded: bool) -> String {
+pub(super) fn verdict(limit: Option<String>, is_exceeded: bool) -> String {
     limit.map_or_else(String::new, |limit| format!("{limit}: {}", if is_exceeded { "EXCEEDED" } else { "holds" }))
 }
 
@@ -148,7 +148,7 @@ pub fn timing_table(comparison: &TimingComparison, max_percent: Option<f64>, all
     frame + &table.trim_fmt() + &notes.collect::<String>()
 }
 
-fn right(text: String) -> Cell {
+pub(super) fn right(text: String) -> Cell {
     Cell::new(text).set_alignment(CellAlignment::Right)
 }
 
@@ -165,7 +165,7 @@ fn ratio(pair: &TimePair) -> String {
     }
 }
 
-fn undefined_or(value: Option<f64>) -> String {
+pub(super) fn undefined_or(value: Option<f64>) -> String {
     value.map_or_else(|| "undefined".to_owned(), number)
 }
 

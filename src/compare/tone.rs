@@ -28,18 +28,38 @@ impl Tone {
     }
 }
 
+/// The log-average of pictures: of their finite, non-black pixels (mean of the channels).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LogAverage {
+    sum: f64,
+    count: f64,
+}
+
+impl LogAverage {
+    /// Adds a picture.
+    pub fn add(&mut self, picture: &Image) {
+        for pixel in picture.pixels() {
+            let mean = pixel.iter().map(|&v| f64::from(v)).sum::<f64>() / 3.0;
+            if mean > 0.0 && mean.is_finite() {
+                self.sum += mean.ln();
+                self.count += 1.0;
+            }
+        }
+    }
+
+    /// 0.18 over the log-average; 1 if there are no such pixels.
+    #[must_use]
+    pub fn exposure(&self) -> f64 {
+        if self.count > 0.0 { MIDDLE_GREY / f64::exp(self.sum / self.count) } else { 1.0 }
+    }
+}
+
 /// 0.18 over the log-average of the picture's finite, non-black pixels (mean of the channels); 1 if there are none.
 #[must_use]
 pub fn auto_exposure(reference: &Image) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for pixel in reference.pixels() {
-        let mean = pixel.iter().map(|&v| f64::from(v)).sum::<f64>() / 3.0;
-        if mean > 0.0 && mean.is_finite() {
-            sum += mean.ln();
-            count += 1.0;
-        }
-    }
-    if count > 0.0 { MIDDLE_GREY / f64::exp(sum / count) } else { 1.0 }
+    let mut average = LogAverage::default();
+    average.add(reference);
+    average.exposure()
 }
 
 /// Display values (sRGB, 0 to 1) of linear ones. Negative values are black; NaN stays NaN.

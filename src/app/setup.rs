@@ -18,6 +18,9 @@ use crate::{Error, Result, camera, techniques};
 /// The scene shown when none is named.
 const COURTYARD: &[u8] = include_bytes!("../../assets/courtyard.glb");
 
+/// The scene of its file that moves.
+const COURTYARD_IN_MOTION: &str = "courtyard in motion";
+
 /// The device that the settings ask for.
 pub(super) fn open_gpu(settings: &Settings) -> Result<Arc<Gpu>> {
     Gpu::new(&gpu_options(settings))
@@ -57,13 +60,14 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
         }
     };
     let SceneSettings { file, sun, .. } = &settings.scene;
-    read_scene(file.as_deref(), *sun, &settings.motion, &settings.environment, &report)
+    let moves = settings.motion.is_asked_for(settings.output.is_sequence());
+    read_scene((file.as_deref(), moves), *sun, &settings.motion, &settings.environment, &report)
 }
 
 /// The scene of a file, or the built-in one, at the moment that is asked for, with the sun where it is asked for, in its
-/// environment.
+/// environment. The built-in one is another, in which things move, if it `moves`.
 pub(super) fn read_scene(
-    path: Option<&Path>,
+    (path, moves): (Option<&Path>, bool),
     sun: Option<SunPlace>,
     motion: &MotionSettings,
     environment: &EnvironmentSettings,
@@ -71,6 +75,7 @@ pub(super) fn read_scene(
 ) -> Result<Scene> {
     let mut scene = match path {
         Some(path) => gltf::load(path, report),
+        None if moves => gltf::load_scene_of("courtyard", COURTYARD, COURTYARD_IN_MOTION, report),
         None => gltf::load_bytes("courtyard", COURTYARD, report),
     }?;
     scene.play(motion.animation.as_deref())?;

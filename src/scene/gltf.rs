@@ -71,6 +71,16 @@ pub fn load_bytes(name: &str, glb: &[u8], progress: &dyn Fn(&str, u64, u64)) -> 
     assemble(name, &document, progress)
 }
 
+/// Loads one of the scenes of such a file by its name, whichever the file shows first.
+///
+/// # Errors
+/// Those of [`load_bytes`]; also when there is no such scene.
+pub fn load_scene_of(name: &str, glb: &[u8], scene: &str, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    let mut document = Document::parse(Path::new(name), None, glb, progress)?;
+    document.choose_scene(scene)?;
+    assemble(name, &document, progress)
+}
+
 fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
     let mut found = walk(document)?;
     let mut motion = Motion::read(document, &found)?;

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::gltf_lenient::Lenient;
+use super::gltf_pointers::Pointers;
 use super::{gltf_extensions, gltf_files, gltf_glb, gltf_json};
 use crate::{Error, Result};
 
@@ -22,6 +23,8 @@ pub(super) struct Document<'a> {
     base: Option<PathBuf>,
     /// The JSON part.
     pub root: Root,
+    /// What animations change by `KHR_animation_pointer`.
+    pub pointers: Pointers,
     buffers: Vec<Cow<'a, [u8]>>,
     /// What the file has that is not rendered, each kind once.
     ignored: RefCell<Vec<String>>,
@@ -38,9 +41,10 @@ impl<'a> Document<'a> {
         progress: &dyn Fn(&str, u64, u64),
     ) -> Result<Self> {
         let gltf_glb::Parts { text, chunk, faults } = gltf_glb::split(path, bytes)?;
-        let root = gltf_json::parse(path, text)?;
+        let (root, pointers) = gltf_json::parse(path, text)?;
         let (path, buffers) = (path.to_path_buf(), Vec::new());
-        let mut document = Self { path, base, root, buffers, ignored: RefCell::default(), mended: RefCell::default() };
+        let (ignored, mended) = (RefCell::default(), RefCell::default());
+        let mut document = Self { path, base, root, pointers, buffers, ignored, mended };
         faults.into_iter().for_each(|fault| document.mend(fault));
         let total = document.root.buffers.len() as u64;
         for i in 0..document.root.buffers.len() {
@@ -50,6 +54,14 @@ impl<'a> Document<'a> {
         }
         progress("buffers", total, total);
         Ok(document)
+    }
+
+    /// Reads the scene of this name, whichever the file shows first.
+    pub fn choose_scene(&mut self, name: &str) -> Result<()> {
+        let index = self.root.scenes.iter().position(|scene| scene.name.as_deref() == Some(name));
+        let Some(index) = index else { return Err(self.error(format_args!("it has no scene {name}"))) };
+        self.root.scene = Some(Index::new(index as u32));
+        Ok(())
     }
 
     /// Notes something that the file has and that is not rendered.

@@ -3,9 +3,10 @@
 use serde_json::{Map, Value};
 
 /// Extensions that are read. Quantised attributes are read like any others.
-const READ: [&str; 8] = [
+const READ: [&str; 9] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_mesh_quantization",
@@ -18,7 +19,7 @@ const READ: [&str; 8] = [
 const COMPRESSIONS: [&str; 3] = ["EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
 /// What the picture is like without an extension that is not read.
-const NOT_READ: [(&str, &[&str]); 10] = [
+const NOT_READ: [(&str, &[&str]); 9] = [
     (
         "every surface is diffuse",
         &[
@@ -55,7 +56,6 @@ const NOT_READ: [(&str, &[&str]); 10] = [
     ("textures that only it has are left out", &["EXT_texture_astc", "EXT_texture_avif", "KHR_texture_basisu"]),
     ("meshes are those that the file has uncompressed", &COMPRESSIONS),
     ("its light is missing", &["EXT_lights_ies", "EXT_lights_image_based"]),
-    ("what it alone moves stands still", &["KHR_animation_pointer"]),
     (
         "the picture is as without it",
         &[

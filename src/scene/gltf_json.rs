@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use super::gltf_extensions::check_required;
 use super::gltf_lenient::Lenient;
+use super::gltf_pointers::Pointers;
 use crate::{Error, Result};
 
 /// What decides whether the rest is looked at. Of any type, so that a file of another version gets the sentence about that.
@@ -16,14 +17,15 @@ struct Head {
     asset: Option<Value>,
     #[serde(rename = "extensionsRequired")]
     extensions_required: Option<Value>,
+    animations: Option<Value>,
 }
 
 /// Parses the JSON text, without byte order mark and padding. A wrong version and a required extension that is not read are
-/// found before anything else.
+/// found before anything else. Pointers of animations, which the types of the `gltf` crate lack, come beside it.
 ///
 /// # Errors
 /// [`Error::File`] in one sentence.
-pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Root> {
+pub(super) fn parse(path: &Path, text: &[u8]) -> Result<(Root, Pointers)> {
     let broken = |reason: &dyn std::fmt::Display| Error::file(path, format_args!("the glTF JSON is broken: {reason}"));
     let head: Head = serde_json::from_slice(text).map_err(|e| broken(&e))?;
     check_version(head.asset.as_ref()).map_err(|reason| Error::file(path, reason))?;
@@ -31,7 +33,8 @@ pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Root> {
     let mut json = serde_json::Deserializer::from_slice(text);
     let mut track = serde_path_to_error::Track::new();
     let tracked = serde_path_to_error::Deserializer::new(Lenient::new(&mut json), &mut track);
-    Root::deserialize(tracked).map_err(|e| broken(&format_args!("{}: {e}", track.path())))
+    let root = Root::deserialize(tracked).map_err(|e| broken(&format_args!("{}: {e}", track.path())))?;
+    Ok((root, Pointers::of(head.animations.as_ref())))
 }
 
 /// The strings of a list that may be anything.

@@ -3,13 +3,14 @@
 use std::collections::{HashMap, HashSet};
 
 use ::gltf::json::camera::Type as CameraType;
-use ::gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
 use ::gltf::json::scene::Node;
 use ::gltf::json::validation::Checked;
 use glam::{Mat4, Quat, Vec3};
 
 use super::gltf_buffers::Document;
 use super::gltf_instancing::{is_visible, places};
+use super::gltf_lights::light;
+use super::motion::{LightProperty, Property, Target};
 use super::{Aabb, Camera, Light};
 use crate::Result;
 use crate::environment::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
@@ -26,6 +27,48 @@ pub(super) struct Instance {
     pub world: Mat4,
 }
 
+/// Where a camera or a light comes from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    /// The node that carries it.
+    pub node: usize,
+    /// What the node refers to.
+    pub index: usize,
+}
+
+/// What animations change that decides what there is to render.
+#[derive(Default)]
+struct Changes {
+    /// Nodes that are shown or hidden.
+    visibilities: HashSet<usize>,
+    /// Lights that may shine although they are dark at rest.
+    lights: HashSet<usize>,
+}
+
+impl Changes {
+    fn of(document: &Document) -> Self {
+        let mut changes = Self::default();
+        for target in document.pointers.targets() {
+            match target {
+                Target::Node { node, property: Property::Visibility } => drop(changes.visibilities.insert(node)),
+                Target::Light { light, property: LightProperty::Intensity | LightProperty::Color } => {
+                    changes.lights.insert(light);
+                }
+                _ => {}
+            }
+        }
+        changes
+    }
+}
+
+/// A node on the way through the hierarchy.
+struct Visit {
+    node: usize,
+    parent_world: Mat4,
+    /// Whether what is above is visible at rest, and at some time.
+    parent_is_visible: [bool; 2],
+}
+
 /// What the walk over the nodes finds.
 #[derive(Default)]
 pub(super) struct Found {
@@ -33,12 +76,12 @@ pub(super) struct Found {
     pub instances: Vec<Instance>,
     /// Perspective cameras.
     pub cameras: Vec<Camera>,
-    /// The node of each.
-    pub camera_nodes: Vec<usize>,
-    /// Lights that shine.
+    /// The node of each, and its index in the file.
+    pub camera_sources: Vec<Source>,
+    /// Lights that shine at some time, as they are at rest.
     pub lights: Vec<Light>,
-    /// The node of each.
-    pub light_nodes: Vec<usize>,
+    /// The node of each, and its index in the file.
+    pub light_sources: Vec<Source>,
     /// There are lights, but all of them are dark.
     pub is_dark: bool,
 }
@@ -47,10 +90,12 @@ pub(super) struct Found {
 pub(super) fn walk(document: &Document) -> Result<Found> {
     let nodes = &document.root.nodes;
     let mut visited = vec![false; nodes.len()];
-    let mut stack: Vec<_> = roots(document)?.into_iter().rev().map(|n| (n, Mat4::IDENTITY, true)).collect();
+    let changes = Changes::of(document);
+    let root = |node| Visit { node, parent_world: Mat4::IDENTITY, parent_is_visible: [true; 2] };
+    let mut stack: Vec<_> = roots(document)?.into_iter().rev().map(root).collect();
     let mut found = Found::default();
     let mut names = HashMap::new();
-    while let Some((i, parent, parent_is_visible)) = stack.pop() {
+    while let Some(Visit { node: i, parent_world, parent_is_visible }) = stack.pop() {
         let Some(node) = nodes.get(i) else {
             return Err(document.error(format_args!("node {i} does not exist")));
         };
@@ -58,25 +103,33 @@ pub(super) fn walk(document: &Document) -> Result<Found> {
             return Err(document.error(format_args!("node {i} is reached twice: the nodes do not form a tree")));
         }
         let local = local_transform(node);
-        let world = parent * local.unwrap_or(Mat4::NAN);
+        let world = parent_world * local.unwrap_or(Mat4::NAN);
         if !world.is_finite() {
             return Err(document.error(format_args!("node {i} has a transform that is not finite")));
         }
-        let is_visible = parent_is_visible && is_visible(document, i, node)?;
-        if let Some(mesh) = node.mesh.filter(|_| is_visible) {
+        let own = is_visible(document, i, node)?;
+        let now = parent_is_visible[0] && own;
+        let ever = parent_is_visible[1] && (own || changes.visibilities.contains(&i));
+        if let Some(mesh) = node.mesh.filter(|_| ever) {
             let places = places(document, i, node)?.unwrap_or_else(|| vec![Mat4::IDENTITY]);
             let instance = |place: Mat4| Instance { mesh: mesh.value(), node: i, place, world: world * place };
             found.instances.extend(places.into_iter().map(instance));
         }
-        found.cameras.extend(camera(document, node, &world, found.cameras.len(), &mut names)?);
-        match light(document, node, &world)?.filter(|_| is_visible) {
-            Some(light) if light.is_dark() => found.is_dark = true,
-            light => found.lights.extend(light),
+        if let Some(camera) = camera(document, node, &world, found.cameras.len(), &mut names)? {
+            found.cameras.push(camera);
+            found.camera_sources.push(Source { node: i, index: node.camera.map_or(0, |camera| camera.value()) });
         }
-        found.camera_nodes.resize(found.cameras.len(), i);
-        found.light_nodes.resize(found.lights.len(), i);
+        if let Some((light, index)) = light(document, node, &world)?.filter(|_| ever) {
+            if light.is_dark() && !changes.lights.contains(&index) {
+                found.is_dark = true;
+            } else {
+                found.lights.push(if now { light } else { light.off() });
+                found.light_sources.push(Source { node: i, index });
+            }
+        }
         let children = node.children.iter().flatten();
-        stack.extend(children.rev().map(|child| (child.value(), world, is_visible)));
+        let child = |child: usize| Visit { node: child, parent_world: world, parent_is_visible: [now, ever] };
+        stack.extend(children.rev().map(|index| child(index.value())));
     }
     found.is_dark &= found.lights.is_empty();
     Ok(found)
@@ -167,38 +220,6 @@ pub(super) fn frame(world: &Mat4) -> (Vec3, Vec3, Vec3) {
 /// The unit -z axis of a node.
 pub(super) fn forward(world: &Mat4) -> Vec3 {
     (-world.z_axis.truncate()).normalize_or(Vec3::NEG_Z)
-}
-
-fn light(document: &Document, node: &Node, world: &Mat4) -> Result<Option<Light>> {
-    let reference = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
-    let Some(index) = reference.map(|r| r.light.value()) else { return Ok(None) };
-    let lights = document.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
-    let Some(light) = lights.and_then(|l| l.lights.get(index)) else {
-        return Err(document.error(format_args!("light {index} does not exist")));
-    };
-    let power = Vec3::from_array(light.color) * light.intensity;
-    if !power.is_finite() || power.min_element() < 0.0 {
-        return Err(document.error(format_args!("light {index} has an intensity that is negative or not finite")));
-    }
-    let (position_ws, direction_ws) = (world.w_axis.truncate(), forward(world));
-    match light.type_ {
-        Checked::Valid(LightType::Directional) => Ok(Some(Light::Directional { direction_ws, irradiance: power })),
-        Checked::Valid(LightType::Point) => Ok(Some(Light::Point { position_ws, intensity: power })),
-        Checked::Valid(LightType::Spot) => {
-            let (inner_cos, outer_cos) = cone(light);
-            Ok(Some(Light::Spot { position_ws, direction_ws, intensity: power, inner_cos, outer_cos }))
-        }
-        Checked::Invalid => Err(document.error(format_args!("light {index} has an unknown type"))),
-    }
-}
-
-/// Cosines of the inner and outer cone angles, the outer one strictly smaller.
-fn cone(light: &JsonLight) -> (f32, f32) {
-    let quarter = std::f32::consts::FRAC_PI_4;
-    let (inner, outer) = light.spot.as_ref().map_or((0.0, quarter), |s| (s.inner_cone_angle, s.outer_cone_angle));
-    let outer = if outer.is_finite() { outer.clamp(0.01, 2.0 * quarter) } else { quarter };
-    let inner = if inner.is_finite() { inner.clamp(0.0, outer - 0.005) } else { 0.0 };
-    (inner.cos(), outer.cos())
 }
 
 /// A camera that sees all of `bounds` from a diagonal, in any picture at least as wide as high.

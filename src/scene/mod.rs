@@ -16,10 +16,12 @@ mod gltf_images;
 mod gltf_instancing;
 mod gltf_json;
 mod gltf_lenient;
+mod gltf_lights;
 mod gltf_mapping;
 mod gltf_materials;
 mod gltf_mesh;
 mod gltf_nodes;
+mod gltf_pointers;
 pub mod motion;
 pub mod octahedral;
 pub mod query_geometry;
@@ -33,6 +35,7 @@ use std::sync::Arc;
 use glam::{BVec3, Mat4, Vec3, Vec4};
 
 pub use crate::camera::Camera;
+use crate::color::luminance;
 use crate::environment::Environment;
 use motion::Motion;
 use sampling::Sampling;
@@ -154,6 +157,17 @@ impl Light {
         | Self::Point { intensity: power, .. }
         | Self::Spot { intensity: power, .. }) = self;
         power.max_element() == 0.0
+    }
+
+    /// Flux (luminance) into a scene of this radius.
+    pub(crate) fn flux_luminance(&self, scene_radius: f32) -> f64 {
+        let pi = std::f64::consts::PI;
+        let luminance = |color: &Vec3| f64::from(luminance(*color));
+        match self {
+            Self::Directional { irradiance, .. } => luminance(irradiance) * pi * f64::from(scene_radius).powi(2),
+            Self::Point { intensity, .. } => luminance(intensity) * 4.0 * pi,
+            Self::Spot { intensity, outer_cos, .. } => luminance(intensity) * 2.0 * pi * (1.0 - f64::from(*outer_cos)),
+        }
     }
 }
 

@@ -1,12 +1,9 @@
 //! What the GPU needs of a scene, as plain data: materials, lights with their share of the light paths,
 //! resampled textures. The upload itself is `gpu::SceneSet`.
 
-use glam::Vec3;
-
 use super::albedo_array::{AlbedoArray, build_albedo_array, mip_chains};
 use super::sampling::Sampling;
 use super::{Light, Material, Scene, Texture};
-use crate::color::luminance;
 use crate::environment::upload::PreparedEnvironment;
 use crate::shared::{
     GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, MATERIAL_NORMAL_MAP, MATERIAL_VERTEX_COLORS, NO_LAYER,
@@ -99,15 +96,22 @@ fn textures(scene: &Scene) -> Vec<(bool, MipChain)> {
     jobs.iter().map(|(_, srgb)| *srgb).zip(mips).collect()
 }
 
-/// Lights in upload order, with the share of their light paths that start at each: proportional to its flux. And the flux of
-/// all.
+/// Lights in upload order, with the share of their light paths that start at each: proportional to its flux while it emits
+/// most, so that a light which is dark now has paths when it shines. And that flux of all.
 #[must_use]
 pub fn lights(scene: &Scene) -> (Vec<PunctualLight>, f64) {
-    listed(&scene.lights, scene.bounds.radius())
+    listed(&scene.lights, scene.motion.brightest_of(&scene.lights), scene.bounds.radius())
 }
 
-fn listed(lights: &[Light], scene_radius: f32) -> (Vec<PunctualLight>, f64) {
-    let mut list: Vec<(PunctualLight, f64)> = lights.iter().map(|light| punctual(light, scene_radius)).collect();
+/// `brightest` are the same lights while they emit most.
+fn listed<'a>(
+    lights: &'a [Light],
+    brightest: impl Iterator<Item = &'a Light>,
+    scene_radius: f32,
+) -> (Vec<PunctualLight>, f64) {
+    let both = lights.iter().zip(brightest);
+    let mut list: Vec<(PunctualLight, f64)> =
+        both.map(|(light, brightest)| (punctual(light), brightest.flux_luminance(scene_radius))).collect();
     list.sort_by_key(|(light, _)| u32::from(light.kind == LIGHT_POINT));
     let total: f64 = list.iter().map(|(_, flux)| flux).sum();
     let (mut before, count) = (0.0, list.len() as f64);
@@ -124,23 +128,19 @@ fn listed(lights: &[Light], scene_radius: f32) -> (Vec<PunctualLight>, f64) {
     (list.into_iter().map(|(light, _)| light).collect(), total)
 }
 
-/// A light as shaders read it, and its flux (luminance).
-fn punctual(light: &Light, scene_radius: f32) -> (PunctualLight, f64) {
-    let pi = std::f64::consts::PI;
-    let luminance = |color: &Vec3| f64::from(luminance(*color));
+/// A light as shaders read it.
+fn punctual(light: &Light) -> PunctualLight {
     let mut gpu: PunctualLight = bytemuck::Zeroable::zeroed();
     match light {
         Light::Directional { direction_ws, irradiance } => {
             gpu.kind = LIGHT_DIRECTIONAL;
             gpu.direction_ws = direction_ws.to_array();
             gpu.intensity = irradiance.to_array();
-            (gpu, luminance(irradiance) * pi * f64::from(scene_radius).powi(2))
         }
         Light::Point { position_ws, intensity } => {
             gpu.kind = LIGHT_POINT;
             gpu.position_ws = position_ws.to_array();
             gpu.intensity = intensity.to_array();
-            (gpu, luminance(intensity) * 4.0 * pi)
         }
         Light::Spot { position_ws, direction_ws, intensity, inner_cos, outer_cos } => {
             gpu.kind = LIGHT_SPOT;
@@ -148,20 +148,23 @@ fn punctual(light: &Light, scene_radius: f32) -> (PunctualLight, f64) {
             gpu.direction_ws = direction_ws.to_array();
             gpu.intensity = intensity.to_array();
             (gpu.inner_cos, gpu.outer_cos) = (*inner_cos, *outer_cos);
-            (gpu, luminance(intensity) * 2.0 * pi * (1.0 - f64::from(*outer_cos)))
         }
     }
+    gpu
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     #[test]
     fn point_lights_come_last_and_shares_add_up() {
         let point = |i: f32| Light::Point { position_ws: Vec3::ZERO, intensity: Vec3::splat(i) };
         let sun = Light::Directional { direction_ws: Vec3::NEG_Y, irradiance: Vec3::splat(4.0) };
-        let (list, flux) = listed(&[point(1.0), sun, point(3.0)], 1.0);
+        let lights = [point(1.0), sun, point(3.0)];
+        let (list, flux) = listed(&lights, lights.iter(), 1.0);
         assert_eq!(list[0].kind, LIGHT_DIRECTIONAL);
         // Fluxes 4 pi r^2 = 4 pi, 4 pi and 12 pi.
         let shares: Vec<f32> = list.iter().map(|l| l.path_probability).collect();

@@ -42,6 +42,16 @@ pub enum VplSeeds {
 }
 
 impl MotionSettings {
+    /// Whether the scene shall move: an animation is asked for, or another moment than the first, or, where `of_sequence`, every
+    /// frame is written.
+    #[must_use]
+    pub fn is_asked_for(&self, of_sequence: bool) -> bool {
+        match self.animation.as_deref() {
+            Some(name) => name != "none",
+            None => of_sequence || self.time_s != 0.0,
+        }
+    }
+
     /// The moment that a measured frame shows, in seconds.
     #[must_use]
     pub fn moment_s(&self, frame: u32) -> f64 {
@@ -67,6 +77,16 @@ mod tests {
     fn frames_follow_each_other_from_the_first_moment_on() {
         let settings = MotionSettings { time_s: 2.0, fps: 25.0, animation: None };
         assert_eq!([0, 1, 50].map(|frame| settings.moment_s(frame)), [2.0, 2.04, 4.0]);
+    }
+
+    #[test]
+    fn motion_is_asked_for_by_name_by_moment_and_by_frames() {
+        let asked = |animation: Option<&str>, time_s, of_sequence| {
+            let animation = animation.map(str::to_owned);
+            MotionSettings { time_s, fps: 25.0, animation }.is_asked_for(of_sequence)
+        };
+        assert!(asked(Some("sun"), 0.0, false) && asked(None, 1.0, false) && asked(None, 0.0, true));
+        assert!(!asked(None, 0.0, false) && !asked(Some("none"), 1.0, true));
     }
 
     #[test]

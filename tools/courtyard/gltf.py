@@ -42,6 +42,7 @@ class Document:
         self.views, self.accessors, self.meshes = [], [], []
         self.images, self.textures, self.materials, self.nodes = [], [], [], []
         self.cameras, self.lights = [], []
+        self.skins, self.animations, self.second_scene = [], [], None
         self._geometry, self._mesh_ids = {}, {}
         self.triangles = 0
 
@@ -103,18 +104,22 @@ class Document:
         self._geometry[id(mesh)] = (entry, mesh)
         return entry
 
-    def place(self, name, parts, at=(0.0, 0.0, 0.0), rotation=None, scale=1.0):
-        """Adds a node with `parts`, a sequence of (mesh, material index) pairs.
-
-        Equal parts share one glTF mesh, and equal meshes share their accessors.
-        """
+    def mesh(self, name, parts):
+        """The index of the glTF mesh of `parts`."""
         key = tuple((id(mesh), material) for mesh, material in parts)
         if key not in self._mesh_ids:
             primitives = [{**self._accessors(mesh), "material": material}
                           for mesh, material in parts]
             self._mesh_ids[key] = len(self.meshes)
             self.meshes.append({"name": name, "primitives": primitives})
-        node = {"name": name, "mesh": self._mesh_ids[key]}
+        return self._mesh_ids[key]
+
+    def place(self, name, parts, at=(0.0, 0.0, 0.0), rotation=None, scale=1.0):
+        """Adds a node with `parts`, a sequence of (mesh, material index) pairs.
+
+        Equal parts share one glTF mesh, and equal meshes share their accessors.
+        """
+        node = {"name": name, "mesh": self.mesh(name, parts)}
         if any(at):
             node["translation"] = _rounded(at)
         if rotation:
@@ -140,20 +145,104 @@ class Document:
         self.nodes.append({"name": name, "rotation": _rounded(look(direction)), "extensions": {
             "KHR_lights_punctual": {"light": len(self.lights) - 1}}})
 
+    def light(self, name, kind, color, intensity):
+        """Adds a light that no node carries yet and returns its index."""
+        self.lights.append({"name": name, "type": kind, "color": list(color), "intensity": intensity})
+        return len(self.lights) - 1
+
+    def begin_second_scene(self, name, without):
+        """Nodes that follow are of a second scene, which has those of the first but for some, by their names."""
+        kept = [i for i, node in enumerate(self.nodes) if node["name"] not in without]
+        self.second_scene = {"name": name, "nodes": kept}
+        self.first_count = len(self.nodes)
+
+    def node(self, name, **properties):
+        """Adds a node of the second scene and returns its index; those that are children come before their parent."""
+        for key in ("translation", "rotation"):
+            if key in properties:
+                properties[key] = _rounded(properties[key])
+        self.nodes.append({"name": name, **properties})
+        return len(self.nodes) - 1
+
+    def camera_node(self, name, eye, rotation, yfov_degrees):
+        """Adds a camera to the second scene and returns its node."""
+        self.camera(name, eye, (0.0, 0.0, 0.0), yfov_degrees)
+        self.nodes[-1]["rotation"] = _rounded(rotation)
+        return len(self.nodes) - 1
+
+    def _vectors(self, vectors, kind, component=5126, letter="f"):
+        flat = [c for vector in vectors for c in (vector if isinstance(vector, (tuple, list)) else (vector,))]
+        flat = [round(c, 6) + 0.0 for c in flat] if letter == "f" else flat
+        accessor = {"bufferView": self._view(struct.pack(f"<{len(flat)}{letter}", *flat)),
+                    "componentType": component, "count": len(vectors), "type": kind}
+        self.accessors.append(accessor)
+        return len(self.accessors) - 1
+
+    def _with_bounds(self, accessor, vectors):
+        rows = [vector if isinstance(vector, (tuple, list)) else (vector,) for vector in vectors]
+        packed = [struct.unpack(f"<{len(row)}f", struct.pack(f"<{len(row)}f", *(round(c, 6) + 0.0 for c in row)))
+                  for row in rows]
+        self.accessors[accessor].update(min=[min(column) for column in zip(*packed)],
+                                        max=[max(column) for column in zip(*packed)])
+        return accessor
+
+    def morphed(self, name, mesh, material, shapes, at):
+        """Adds a node with a mesh that goes over into `shapes`, offsets of positions and normals; returns its index."""
+        targets = [{"POSITION": self._with_bounds(self._vectors(positions, "VEC3"), positions),
+                    "NORMAL": self._vectors(normals, "VEC3")} for positions, normals in shapes]
+        self.meshes.append({"name": name, "weights": [0.0] * len(shapes), "primitives": [
+            {**self._accessors(mesh), "material": material, "targets": targets}]})
+        return self.node(name, mesh=len(self.meshes) - 1, translation=at)
+
+    def skin(self, joints, places, root):
+        """Adds a skin of joints that are at these places of the mesh, unturned."""
+        matrices = [(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1) for x, y, z in places]
+        self.skins.append({"joints": joints, "skeleton": root, "inverseBindMatrices": self._vectors(matrices, "MAT4")})
+        return len(self.skins) - 1
+
+    def skinned(self, name, mesh, material, weights, skin):
+        """Adds a node with a mesh bent by a skin; `weights` are up to four pairs of joint and weight per vertex."""
+        rows = [row + [(0, 0.0)] * (4 - len(row)) for row in weights]
+        entry = self._accessors(mesh)
+        attributes = {**entry["attributes"],
+                      "JOINTS_0": self._vectors([[joint for joint, _ in row] for row in rows], "VEC4", 5121, "B"),
+                      "WEIGHTS_0": self._vectors([[weight for _, weight in row] for row in rows], "VEC4")}
+        self.meshes.append({"name": name, "primitives": [{**entry, "attributes": attributes, "material": material}]})
+        return self.node(name, mesh=len(self.meshes) - 1, skin=skin)
+
+    def channel(self, times, values, kind, between="LINEAR", pointer=None, **target):
+        """A channel of an animation, by node and path or by pointer, with its sampler."""
+        if pointer:
+            target = {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}
+        sampler = {"input": self._with_bounds(self._vectors(times, "SCALAR"), times),
+                   "output": self._vectors(values, kind), "interpolation": between}
+        return target, sampler
+
+    def animation(self, name, channels):
+        """Adds an animation."""
+        self.animations.append({
+            "name": name, "samplers": [sampler for _, sampler in channels],
+            "channels": [{"sampler": i, "target": target} for i, (target, _) in enumerate(channels)]})
+
     def glb(self, copyright_line):
         """The whole file."""
         while len(self.binary) % 4:
             self.binary.append(0)
+        children = {child for node in self.nodes for child in node.get("children", ())}
+        second = range(self.first_count, len(self.nodes))
+        self.second_scene["nodes"] += [i for i in second if i not in children]
         root = {
             "asset": {"version": "2.0", "generator": "gridlight tools/build_courtyard.py",
                       "copyright": copyright_line},
-            "extensionsUsed": ["KHR_lights_punctual"],
+            "extensionsUsed": ["KHR_animation_pointer", "KHR_lights_punctual"],
             "extensions": {"KHR_lights_punctual": {"lights": self.lights}},
             "scene": 0,
-            "scenes": [{"name": "courtyard", "nodes": list(range(len(self.nodes)))}],
+            "scenes": [{"name": "courtyard", "nodes": list(range(self.first_count))},
+                       self.second_scene],
             "nodes": self.nodes, "cameras": self.cameras, "meshes": self.meshes,
             "materials": self.materials, "textures": self.textures, "images": self.images,
             "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497}],
+            "skins": self.skins, "animations": self.animations,
             "accessors": self.accessors, "bufferViews": self.views,
             "buffers": [{"byteLength": len(self.binary)}],
         }

@@ -1,6 +1,6 @@
 """Puts the courtyard together: materials, building, furnishing, sun and cameras."""
 
-from . import architecture, cloth, foliage, props, textures
+from . import architecture, cloth, foliage, motion, props, textures
 from . import layout as L
 from .gltf import Document, yaw
 from .noise import Rng
@@ -140,7 +140,7 @@ def furnishing(doc, mats):
 
 
 def build():
-    """The bytes of `courtyard.glb` and the number of triangles drawn."""
+    """The bytes of `courtyard.glb` and the number of triangles of the still scene."""
     doc = Document()
     mats = materials(doc)
     doc.camera("court", (-7.75, 1.65, -1.0), (0.2, 2.7, 1.6), 58.0)
@@ -156,4 +156,5 @@ def build():
     hangings(doc, mats)
     plants(doc, mats)
     furnishing(doc, mats)
+    motion.build(doc, mats)
     return doc.glb(COPYRIGHT), doc.triangles

@@ -55,7 +55,8 @@ impl Loading {
                 }
             };
             let report = |step: &str, done: u64, total: u64| say(format!("{step} {} %", 100 * done / total.max(1)));
-            let scene = read_scene(asked.path.as_deref(), asked.sun, &asked.motion, &asked.environment, &report)?;
+            let scene = (asked.path.as_deref(), asked.motion.is_asked_for(false));
+            let scene = read_scene(scene, asked.sun, &asked.motion, &asked.environment, &report)?;
             say("BVH".to_owned());
             let ready = ReadyScene::new(&scene, array_layers);
             Ok(Loaded { scene, ready })

@@ -84,7 +84,12 @@ impl Body {
 
     /// Puts its vertices where they are at a moment.
     pub fn pose(&self, posed: &Posed, skins: &[Skin], vertices: &mut [Vertex]) {
-        let placed = self.placed(posed, skins);
+        let mut placed = self.placed(posed, skins);
+        if !posed.visible[self.node] {
+            // Triangles without area are in no picture, and no ray hits them.
+            let place = placed.positions.first().copied().unwrap_or_default();
+            placed.positions.fill(place);
+        }
         let vertices = &mut vertices[self.first_vertex..self.first_vertex + self.vertex_count()];
         let mut put = |index: usize, position: Vec3, normal: Vec3| {
             let vertex = &mut vertices[index];

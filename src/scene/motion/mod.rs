@@ -3,6 +3,7 @@
 
 mod body;
 mod clip;
+mod lamps;
 mod nodes;
 mod play;
 mod read;
@@ -13,9 +14,11 @@ use glam::Mat4;
 
 pub(in crate::scene) use body::Body;
 use body::Skin;
-use clip::Clip;
+use clip::{Channel, Clip};
+pub(in crate::scene) use clip::{LightProperty, Property, Target};
 use nodes::{Hierarchy, Posed};
 
+use super::gltf_lights::LightParts;
 use super::{Camera, Light, Vertex};
 
 /// What of a scene moves, and how.
@@ -27,6 +30,10 @@ pub struct Motion {
     bodies: Vec<Body>,
     cameras: Vec<Carried<Camera>>,
     lights: Vec<Carried<Light>>,
+    /// Each light while it emits most, as the clips that play have it; empty where lights shine evenly.
+    brightest: Vec<Light>,
+    /// Lights of the file at rest.
+    lamps: Vec<LightParts>,
     /// Clips that play, by their indices.
     playing: Vec<usize>,
 }
@@ -36,6 +43,8 @@ pub struct Motion {
 pub(in crate::scene) struct Carried<T> {
     /// The node.
     pub node: usize,
+    /// The index of the light or camera in the file.
+    pub index: usize,
     /// What it carries, as it is at rest.
     pub at_rest: T,
 }
@@ -77,7 +86,7 @@ impl Motion {
 
     /// Nodes that any of these clips moves.
     fn moved_by<'a>(&self, clips: impl Iterator<Item = &'a Clip>) -> Vec<bool> {
-        self.hierarchy.with_descendants(clips.flat_map(|clip| &clip.channels).map(|channel| channel.node))
+        self.hierarchy.with_descendants(clips.flat_map(|clip| &clip.channels).filter_map(Channel::node))
     }
 
     /// Where the nodes are when nothing plays.

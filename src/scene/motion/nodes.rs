@@ -2,7 +2,7 @@
 
 use glam::{Mat4, Quat, Vec3};
 
-use super::clip::{Clip, Property};
+use super::clip::{Clip, Property, Target};
 
 /// A node as the file has it.
 #[derive(Clone, Debug)]
@@ -15,6 +15,8 @@ pub(in crate::scene) struct Node {
     pub parts: Parts,
     /// Weights of its mesh's morph targets.
     pub weights: Vec<f32>,
+    /// Whether it is there when nothing shows or hides it.
+    pub is_visible: bool,
 }
 
 /// A transform in parts.
@@ -50,6 +52,8 @@ pub(in crate::scene) struct Posed {
     pub worlds: Vec<Mat4>,
     /// Weights of morph targets.
     pub weights: Vec<Vec<f32>>,
+    /// Whether they and all above them are visible.
+    pub visible: Vec<bool>,
 }
 
 impl Hierarchy {
@@ -75,19 +79,23 @@ impl Hierarchy {
     pub fn pose<'a>(&self, clips: impl Iterator<Item = &'a Clip>, time_s: f64) -> Posed {
         let mut parts: Vec<Option<Parts>> = vec![None; self.nodes.len()];
         let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();
+        let mut visible: Vec<bool> = self.nodes.iter().map(|node| node.is_visible).collect();
         for clip in clips {
             let time_s = clip.local_time_s(time_s);
             for channel in &clip.channels {
+                let Target::Node { node, property } = channel.target else { continue };
                 let value = channel.sampler.at(time_s);
-                if channel.property == Property::Weights {
-                    weights[channel.node] = value;
-                    continue;
-                }
-                let own = parts[channel.node].get_or_insert(self.nodes[channel.node].parts);
-                match channel.property {
-                    Property::Translation => own.translation = Vec3::from_slice(&value),
-                    Property::Rotation => own.rotation = Quat::from_slice(&value),
-                    Property::Scale | Property::Weights => own.scale = Vec3::from_slice(&value),
+                match property {
+                    Property::Weights => weights[node] = value,
+                    Property::Visibility => visible[node] = value[0] >= 0.5,
+                    Property::Translation | Property::Rotation | Property::Scale => {
+                        let own = parts[node].get_or_insert(self.nodes[node].parts);
+                        match property {
+                            Property::Translation => own.translation = Vec3::from_slice(&value),
+                            Property::Rotation => own.rotation = Quat::from_slice(&value),
+                            _ => own.scale = Vec3::from_slice(&value),
+                        }
+                    }
                 }
             }
         }
@@ -97,8 +105,9 @@ impl Hierarchy {
             let local = parts[*index].as_ref().map_or(node.rest, Parts::matrix);
             // The product with the identity is left out nowhere, so that what rests stands where it is read to be.
             worlds[*index] = node.parent.map_or(Mat4::IDENTITY, |parent| worlds[parent]) * local;
+            visible[*index] &= node.parent.is_none_or(|parent| visible[parent]);
         }
-        Posed { worlds, weights }
+        Posed { worlds, weights, visible }
     }
 
     /// Nodes that these move, with all below them.

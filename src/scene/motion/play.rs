@@ -1,11 +1,10 @@
 //! A scene while its animations play.
 
+use super::clip::MOMENTS_PER_CLIP;
 use super::{Motion, Moves};
 use crate::scene::{Aabb, Scene};
 use crate::{Error, Result};
 
-/// Moments of a clip, evenly spaced, at which a scene's bounds are looked at.
-const MOMENTS_PER_CLIP: u32 = 64;
 /// Most keys that bounds are looked at; clips of more keys are sampled at every so many.
 const MOST_KEYS: usize = 1024;
 
@@ -36,6 +35,7 @@ impl Scene {
             },
         };
         self.motion.playing = playing;
+        self.motion.brightest = self.motion.brightest_lights();
         if self.motion.moves().geometry {
             self.bounds = self.motion.swept_bounds(self);
         }
@@ -54,11 +54,20 @@ impl Scene {
         for body in motion.bodies.iter().filter(|body| motion.body_moves(body, &moved)) {
             body.pose(&posed, &motion.skins, &mut self.vertices);
         }
-        for (camera, carried) in self.cameras.iter_mut().zip(&motion.cameras).filter(|(_, c)| moved[c.node]) {
-            *camera = carried.at_rest.carried_to(&posed.worlds[carried.node]);
+        let (lamps, lenses) = (motion.lamps_at(time_s), motion.fields_of_view_at(time_s));
+        for (camera, carried) in self.cameras.iter_mut().zip(&motion.cameras) {
+            if moved[carried.node] {
+                *camera = carried.at_rest.carried_to(&posed.worlds[carried.node]);
+            }
+            if let Some(yfov_rad) = lenses.get(&carried.index) {
+                camera.yfov_rad = *yfov_rad;
+            }
         }
-        for (light, carried) in self.lights.iter_mut().zip(&motion.lights).filter(|(_, c)| moved[c.node]) {
-            *light = carried.at_rest.carried_to(&posed.worlds[carried.node]);
+        let changes = motion.changing_lamps();
+        for (light, carried) in self.lights.iter_mut().zip(&motion.lights) {
+            if moved[carried.node] || changes.contains(&carried.index) {
+                *light = motion.light_at(carried, &posed, &lamps);
+            }
         }
     }
 }
@@ -68,10 +77,11 @@ impl Motion {
     #[must_use]
     pub fn moves(&self) -> Moves {
         let moved = self.moved_by(self.playing_clips());
+        let (lamps, lenses) = (self.changing_lamps(), self.fields_of_view_at(0.0));
         Moves {
             geometry: self.bodies.iter().any(|body| self.body_moves(body, &moved)),
-            lights: self.lights.iter().any(|light| moved[light.node]),
-            cameras: self.cameras.iter().any(|camera| moved[camera.node]),
+            lights: self.lights.iter().any(|light| moved[light.node] || lamps.contains(&light.index)),
+            cameras: self.cameras.iter().any(|camera| moved[camera.node] || lenses.contains_key(&camera.index)),
         }
     }
 

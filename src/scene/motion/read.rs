@@ -9,14 +9,17 @@ use ::gltf::json::{Index, scene};
 use glam::{Mat4, Quat, Vec3};
 
 use super::body::Skin;
-use super::clip::{Channel, Clip, Property};
+use super::clip::{Channel, Clip, LightProperty, Property, Target};
 use super::nodes::{Hierarchy, Node, Parts};
 use super::sampler::{Between, Sampler};
 use super::{Carried, Motion};
 use crate::Result;
 use crate::scene::gltf_buffers::Document;
+use crate::scene::gltf_instancing::is_visible;
 use crate::scene::gltf_lenient::NO_INDEX;
-use crate::scene::gltf_nodes::{Found, local_transform, roots};
+use crate::scene::gltf_lights::{self, LightParts};
+use crate::scene::gltf_nodes::{Found, Source, local_transform, roots};
+use crate::scene::gltf_pointers;
 
 impl Motion {
     /// What of the file moves, without its meshes. Animations that cannot be played are noted.
@@ -25,11 +28,10 @@ impl Motion {
         let animations = document.root.animations.iter().enumerate();
         let clips = animations.map(|(index, animation)| clip(document, &hierarchy, index, animation)).collect();
         let skins = (0..document.root.skins.len()).map(|index| skin(document, index)).collect::<Result<_>>()?;
-        let cameras = found.cameras.iter().zip(&found.camera_nodes);
-        let cameras = cameras.map(|(camera, node)| Carried { node: *node, at_rest: camera.clone() }).collect();
-        let lights = found.lights.iter().zip(&found.light_nodes);
-        let lights = lights.map(|(light, node)| Carried { node: *node, at_rest: light.clone() }).collect();
-        Ok(Self { hierarchy, clips, skins, cameras, lights, ..Self::default() })
+        let (cameras, camera_sources) = (&found.cameras, &found.camera_sources);
+        let (cameras, lights) = (carried(cameras, camera_sources), carried(&found.lights, &found.light_sources));
+        let lamps = gltf_lights::lights(document).iter().map(LightParts::of).collect();
+        Ok(Self { hierarchy, clips, skins, cameras, lights, lamps, ..Self::default() })
     }
 
     /// Which nodes move in any of the file's animations.
@@ -58,11 +60,12 @@ fn hierarchy(document: &Document) -> Result<Hierarchy> {
         let own = node.weights.as_ref().filter(|weights| !weights.is_empty());
         own.or(mesh.and_then(|mesh| mesh.weights.as_ref())).cloned().unwrap_or_default()
     };
-    let read = |(node, parent): (&scene::Node, Option<usize>)| {
+    let read = |(index, (node, parent)): (usize, (&scene::Node, Option<usize>))| {
         let rest = local_transform(node).unwrap_or(Mat4::IDENTITY);
-        Node { parent, rest, parts: parts(node, &rest), weights: weights(node) }
+        let is_visible = is_visible(document, index, node)?;
+        Ok(Node { parent, rest, parts: parts(node, &rest), weights: weights(node), is_visible })
     };
-    Ok(Hierarchy::new(nodes.iter().zip(parents).map(read).collect()))
+    Ok(Hierarchy::new(nodes.iter().zip(parents).enumerate().map(read).collect::<Result<_>>()?))
 }
 
 /// A node's transform in parts. What moves should have no matrix; one that has is taken apart.
@@ -84,10 +87,18 @@ fn clip(document: &Document, hierarchy: &Hierarchy, index: usize, animation: &An
     let name = animation.name.clone().unwrap_or_else(|| format!("animation {index}"));
     let mut faults: BTreeMap<String, u32> = BTreeMap::new();
     let mut channels = Vec::new();
-    // What moves no node moves something of an extension, which is named once for the whole file.
-    let moves_a_node = |channel: &&JsonChannel| channel.target.node.value() != NO_INDEX as usize;
-    for channel in animation.channels.iter().filter(moves_a_node) {
-        match read_channel(document, hierarchy, animation, channel) {
+    for (number, channel) in animation.channels.iter().enumerate() {
+        let pointer = document.pointers.get(index, number);
+        if let Some(pointer) = pointer.filter(|pointer| gltf_pointers::target(pointer).is_none()) {
+            let kind = gltf_pointers::kind(pointer);
+            document.ignore(if kind.is_empty() {
+                "channels without a target".into()
+            } else {
+                format!("the animation of {kind}")
+            });
+            continue;
+        }
+        match read_channel(document, hierarchy, animation, (channel, pointer)) {
             Ok(channel) => channels.push(channel),
             Err(fault) => *faults.entry(fault).or_default() += 1,
         }
@@ -104,23 +115,13 @@ fn read_channel(
     document: &Document,
     hierarchy: &Hierarchy,
     animation: &Animation,
-    channel: &JsonChannel,
+    (channel, pointer): (&JsonChannel, Option<&str>),
 ) -> std::result::Result<Channel, String> {
-    let node = channel.target.node.value();
-    let Some(target) = document.root.nodes.get(node) else {
-        return Err(format!("for the node {node}, which does not exist"));
+    let target = match pointer.and_then(gltf_pointers::target) {
+        Some(target) => target,
+        None => target_of(channel)?,
     };
-    let (property, width) = match channel.target.path {
-        Checked::Valid(JsonProperty::Translation) => (Property::Translation, 3),
-        Checked::Valid(JsonProperty::Rotation) => (Property::Rotation, 4),
-        Checked::Valid(JsonProperty::Scale) => (Property::Scale, 3),
-        Checked::Valid(JsonProperty::MorphTargetWeights) => {
-            let mesh = target.mesh.and_then(|mesh| document.root.meshes.get(mesh.value()));
-            let targets = mesh.and_then(|mesh| mesh.primitives.first()?.targets.as_ref()).map_or(0, Vec::len);
-            (Property::Weights, targets.max(hierarchy.nodes[node].weights.len()))
-        }
-        Checked::Invalid => return Err("for a property that is not known".to_owned()),
-    };
+    let width = width(document, hierarchy, target)?;
     let index = channel.sampler.value();
     let Some(sampler) = animation.samplers.get(index) else {
         return Err(format!("with the sampler {index}, which does not exist"));
@@ -131,18 +132,72 @@ fn read_channel(
         Checked::Valid(Interpolation::CubicSpline) => Between::CubicSpline,
         Checked::Invalid => return Err("with an interpolation that is not known".to_owned()),
     };
+    let is_weights = matches!(target, Target::Node { property: Property::Weights, .. });
+    // Weights are a list of scalars however many there are.
+    let kind = if is_weights { 1 } else { width };
+    let is_rotation = matches!(target, Target::Node { property: Property::Rotation, .. });
     let read = || -> Result<_> {
         let times_s = numbers::<1>(document, sampler.input)?;
-        let values = match property {
-            Property::Translation | Property::Scale => numbers::<3>(document, sampler.output)?,
-            Property::Rotation => numbers::<4>(document, sampler.output)?,
-            Property::Weights => numbers::<1>(document, sampler.output)?,
+        let values = match kind {
+            3 => numbers::<3>(document, sampler.output)?,
+            4 => numbers::<4>(document, sampler.output)?,
+            _ => numbers::<1>(document, sampler.output)?,
         };
         Ok((times_s, values))
     };
     let (times_s, values) = read().map_err(|error| format!("that cannot be read ({error})"))?;
-    let sampler = Sampler::new(times_s, values, width, between, property == Property::Rotation)?;
-    Ok(Channel { node, property, sampler })
+    let sampler = Sampler::new(times_s, values, width, between, is_rotation)?;
+    Ok(Channel { target, sampler })
+}
+
+/// What a channel of a node changes.
+fn target_of(channel: &JsonChannel) -> std::result::Result<Target, String> {
+    let property = match channel.target.path {
+        Checked::Valid(JsonProperty::Translation) => Property::Translation,
+        Checked::Valid(JsonProperty::Rotation) => Property::Rotation,
+        Checked::Valid(JsonProperty::Scale) => Property::Scale,
+        Checked::Valid(JsonProperty::MorphTargetWeights) => Property::Weights,
+        Checked::Invalid => return Err("for a property that is not known".to_owned()),
+    };
+    Ok(Target::Node { node: channel.target.node.value(), property })
+}
+
+/// Numbers of one value of a target, which must exist.
+fn width(document: &Document, hierarchy: &Hierarchy, target: Target) -> std::result::Result<usize, String> {
+    let root = &document.root;
+    let exists = |what: &str, index: usize, count: usize| match index < count {
+        true => Ok(()),
+        false if index == NO_INDEX as usize => Err("without a node".to_owned()),
+        false => Err(format!("for the {what} {index}, which does not exist")),
+    };
+    match target {
+        Target::Node { node, property } => {
+            exists("node", node, root.nodes.len())?;
+            Ok(match property {
+                Property::Translation | Property::Scale => 3,
+                Property::Rotation => 4,
+                Property::Visibility => 1,
+                Property::Weights => {
+                    let mesh = root.nodes[node].mesh.and_then(|mesh| root.meshes.get(mesh.value()));
+                    let targets = mesh.and_then(|mesh| mesh.primitives.first()?.targets.as_ref()).map_or(0, Vec::len);
+                    targets.max(hierarchy.nodes[node].weights.len())
+                }
+            })
+        }
+        Target::Light { light, property } => {
+            exists("light", light, gltf_lights::lights(document).len())?;
+            Ok(if property == LightProperty::Color { 3 } else { 1 })
+        }
+        Target::FieldOfView { camera } => exists("camera", camera, root.cameras.len()).map(|()| 1),
+    }
+}
+
+/// What nodes carry.
+fn carried<T: Clone>(things: &[T], sources: &[Source]) -> Vec<Carried<T>> {
+    let things = things.iter().zip(sources);
+    things
+        .map(|(thing, Source { node, index })| Carried { node: *node, index: *index, at_rest: thing.clone() })
+        .collect()
 }
 
 fn numbers<const N: usize>(document: &Document, accessor: Index<Accessor>) -> Result<Vec<f32>> {

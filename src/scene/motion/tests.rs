@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::Moves;
 use crate::scene::octahedral::unpack_octahedral;
 use crate::scene::testing::{glb_from, shared_dir};
-use crate::scene::{Light, Scene, gltf};
+use crate::scene::{Light, Scene, gltf, upload};
 use crate::{Error, Result};
 
 /// A glTF in the making: JSON and the bytes that it refers to.
@@ -340,4 +340,127 @@ fn sample_files_move() {
         assert!(a.iter().chain(&b).all(inside), "{file}");
         assert!(bounds.radius() < 4.0 * load().bounds.radius(), "{file}: {bounds:?}");
     }
+}
+
+/// A channel with a pointer at once, as the only animation.
+fn point(file: &mut File, pointer: &str, kind: &str, (times, values): (&[f32], &[f32])) {
+    let (input, output) = (file.floats("SCALAR", times), file.floats(kind, values));
+    let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}});
+    if file.json["animations"].is_null() {
+        file.json["animations"] = json!([{"name": "all", "channels": [], "samplers": []}]);
+    }
+    let animation = &mut file.json["animations"][0];
+    let samplers = animation["samplers"].as_array_mut().unwrap();
+    samplers.push(json!({"input": input, "output": output, "interpolation": "STEP"}));
+    let sampler = samplers.len() - 1;
+    animation["channels"].as_array_mut().unwrap().push(json!({"sampler": sampler, "target": target}));
+}
+
+/// A spot at node 1 and a lamp at node 2, both of light 0 and 1, beside the triangle at node 0.
+fn lit_file() -> File {
+    let mut file = File::new();
+    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
+        {"type": "spot", "intensity": 0.0, "color": [1.0, 0.5, 0.25]}, {"type": "point", "intensity": 3.0}
+    ]}});
+    let carrying = |light: u32| json!({"extensions": {"KHR_lights_punctual": {"light": light}}});
+    file.json["nodes"] = json!([{"mesh": 0}, carrying(0), carrying(1)]);
+    file.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    file
+}
+
+const LIGHT: &str = "/extensions/KHR_lights_punctual/lights/0";
+
+fn power(light: &Light) -> Vec3 {
+    match light {
+        Light::Directional { irradiance: power, .. }
+        | Light::Point { intensity: power, .. }
+        | Light::Spot { intensity: power, .. } => *power,
+    }
+}
+
+#[test]
+fn pointers_turn_lights_on() {
+    let mut file = lit_file();
+    point(&mut file, &format!("{LIGHT}/intensity"), "SCALAR", (&[0.0, 1.0, 2.0], &[0.0, 8.0, 0.0]));
+    point(&mut file, &format!("{LIGHT}/color"), "VEC3", (&[0.0, 1.5], &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
+    point(&mut file, &format!("{LIGHT}/spot/outerConeAngle"), "SCALAR", (&[0.0, 1.5], &[0.3, 0.6]));
+    // A lamp that is dark at rest is there, since it may shine.
+    let rest = at(file.load(), Some("none"), 1.0);
+    assert_eq!((rest.lights.len(), rest.motion.moves().any()), (2, false));
+    assert!(rest.lights[0].is_dark() && power(&rest.lights[1]) == Vec3::splat(3.0));
+    for (time_s, expected, angle) in
+        [(0.5, Vec3::ZERO, 0.3_f32), (1.25, Vec3::X * 8.0, 0.3), (1.75, Vec3::Y * 8.0, 0.6)]
+    {
+        let scene = at(file.load(), None, time_s);
+        assert!(scene.motion.moves() == Moves { lights: true, ..Moves::default() });
+        let Light::Spot { intensity, outer_cos, .. } = scene.lights[0] else { panic!("{:?}", scene.lights) };
+        assert!(intensity.distance(expected) < 1e-6 && (outer_cos - angle.cos()).abs() < 1e-6, "{time_s}");
+        assert_eq!(power(&scene.lights[1]), Vec3::splat(3.0));
+        // Shares of the light paths are the same at all times, those of the greatest flux: never 0.
+        let (lights, flux) = upload::lights(&scene);
+        let spot = lights.iter().find(|light| light.kind == crate::shared::LIGHT_SPOT).unwrap();
+        let greatest = f64::from(crate::color::luminance(Vec3::new(8.0, 8.0, 2.0))) * 2.0 * std::f64::consts::PI;
+        let greatest = greatest * (1.0 - f64::from(0.6_f32.cos()));
+        let share = greatest / (greatest + 3.0 * 4.0 * std::f64::consts::PI);
+        assert!((f64::from(spot.path_probability) - share).abs() < 1e-6, "{time_s}: {} {share}", spot.path_probability);
+        assert!((flux * (1.0 - share) / (12.0 * std::f64::consts::PI) - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn pointers_show_and_hide_what_is_below() {
+    let mut file = lit_file();
+    let hidden = json!({"KHR_node_visibility": {"visible": false}});
+    file.json["nodes"] = json!([{"mesh": 0}, {"children": [0, 2], "extensions": hidden}, file.json["nodes"][2]]);
+    file.json["scenes"][0]["nodes"] = json!([1]);
+    // Without the animation nothing of it is there.
+    assert!(file.refused().contains("no triangles"));
+    let values = file.accessor("SCALAR", 5121, 2, &[0, 1]);
+    point(&mut file, "/nodes/1/extensions/KHR_node_visibility/visible", "SCALAR", (&[0.0, 1.0], &[0.0, 0.0]));
+    point(&mut file, "/nodes/0/translation", "VEC3", (&[0.0, 2.0], &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+    file.json["animations"][0]["samplers"][0]["output"] = json!(values);
+    let area = |scene: &Scene| {
+        let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(scene.vertices[scene.indices[i] as usize].position_ws));
+        (b - a).cross(c - a).length()
+    };
+    for (animation, time_s, shown) in [(Some("none"), 1.5, false), (None, 0.5, false), (None, 1.5, true)] {
+        let scene = at(file.load(), animation, time_s);
+        assert_eq!((area(&scene) > 0.5, !scene.lights[0].is_dark()), (shown, shown), "{animation:?} {time_s}");
+    }
+    assert!(at(file.load(), None, 0.0).motion.moves() == Moves { geometry: true, lights: true, cameras: false });
+    assert_eq!(at(file.load(), None, 0.0).bounds.max, Vec3::new(1.0, 1.0, 0.0));
+    // It is dark now, and has paths for when it is not.
+    assert!(upload::lights(&at(file.load(), None, 0.5)).0[0].path_probability > 0.99);
+}
+
+#[test]
+fn pointers_move_nodes_and_lenses() {
+    let mut file = File::new();
+    file.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
+    file.json["nodes"] = json!([{"mesh": 0}, {"camera": 0}]);
+    file.json["scenes"][0]["nodes"] = json!([0, 1]);
+    point(
+        &mut file,
+        "/nodes/0/translation",
+        "VEC3",
+        (&[0.0, 1.0, 2.0], &[0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0]),
+    );
+    point(&mut file, "/cameras/0/perspective/yfov", "SCALAR", (&[0.0, 1.0], &[0.5, 1.5]));
+    let scene = at(file.load(), None, 1.5);
+    assert!(near(&positions(&scene), &[Vec3::Y * 2.0, Vec3::new(1.0, 2.0, 0.0), Vec3::Y * 3.0]));
+    assert_eq!(scene.cameras[0].yfov_rad, 1.5);
+    assert!(scene.motion.moves() == Moves { geometry: true, lights: false, cameras: true });
+    assert_eq!(at(file.load(), Some("none"), 1.5).cameras[0].yfov_rad, 0.9);
+}
+
+#[test]
+fn pointers_to_what_stands_still_and_to_nothing() {
+    let mut file = lit_file();
+    for pointer in
+        ["/materials/0/pbrMetallicRoughness/baseColorFactor", "/nodes/9/scale", "/cameras/0/perspective/yfov", ""]
+    {
+        point(&mut file, pointer, "VEC3", (&[0.0], &[1.0, 1.0, 1.0]));
+    }
+    let scene = at(file.load(), None, 0.0);
+    assert!(!scene.motion.moves().any());
 }

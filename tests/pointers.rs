@@ -1,0 +1,119 @@
+//! Lights that an animation changes by `KHR_animation_pointer`, through the whole program.
+
+mod support;
+
+use std::path::{Path, PathBuf};
+
+use gridlight::files::pictures::read_exr;
+use serde_json::{Value, json};
+use support::{quad_glb, succeed};
+
+/// Intensities of the lamp at 0 s, 1 s and 2 s, each until the next.
+const INTENSITIES: [f32; 3] = [0.0, 40.0, 8.0];
+
+/// A floor with an upright screen on it, a weak lamp that shines evenly, and another one: animated, or with an intensity.
+fn scene(folder: &Path, intensity: Option<f32>) -> PathBuf {
+    let glb = quad_glb(|document, bin| {
+        let lamp = |intensity: f32| json!({"type": "point", "intensity": intensity});
+        let lights = [lamp(4.0), lamp(intensity.unwrap_or(INTENSITIES[0]))];
+        document["extensions"] = json!({"KHR_lights_punctual": {"lights": lights}});
+        document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
+        let at = |light: u32, x: f64| json!({"extensions": {"KHR_lights_punctual": {"light": light}}, "translation": [x, 1.8, 0.9]});
+        document["nodes"] = json!([
+            {"mesh": 0},
+            {"mesh": 0, "scale": [0.3, 0.3, 0.3], "rotation": [0.7071068, 0, 0, 0.7071068], "translation": [0, 0.7, 0]},
+            at(0, -1.5), at(1, 0.5),
+            {"camera": 0, "rotation": [-0.2588, 0.0, 0.0, 0.9659], "translation": [0.0, 3.0, 4.5]}
+        ]);
+        document["scenes"][0]["nodes"] = json!([0, 1, 2, 3, 4]);
+        if intensity.is_none() {
+            animate(document, bin);
+        }
+    });
+    let name = intensity.map_or_else(|| "animated.glb".to_owned(), |intensity| format!("{intensity}.glb"));
+    std::fs::write(folder.join(&name), glb).unwrap();
+    folder.join(name)
+}
+
+/// Lets the second lamp have the intensities one after the other, and the last for a second.
+fn animate(document: &mut Value, bin: &mut Vec<u8>) {
+    let [a, b, c] = INTENSITIES;
+    let offset = bin.len();
+    bin.extend([0.0_f32, 1.0, 2.0, 3.0, a, b, c, c].iter().flat_map(|number| number.to_le_bytes()));
+    let mut accessor = |offset: usize| {
+        let views = document["bufferViews"].as_array_mut().unwrap();
+        views.push(json!({"buffer": 0, "byteOffset": offset, "byteLength": 16}));
+        let view = views.len() - 1;
+        let accessors = document["accessors"].as_array_mut().unwrap();
+        accessors.push(json!({"bufferView": view, "componentType": 5126, "count": 4, "type": "SCALAR"}));
+        accessors.len() - 1
+    };
+    let (input, output) = (accessor(offset), accessor(offset + 16));
+    let pointer = json!({"pointer": "/extensions/KHR_lights_punctual/lights/1/intensity"});
+    let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
+    document["animations"] = json!([{
+        "samplers": [{"input": input, "output": output, "interpolation": "STEP"}],
+        "channels": [{"sampler": 0, "target": target}]
+    }]);
+    document["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_animation_pointer"]);
+    document["buffers"][0]["byteLength"] = json!(bin.len());
+}
+
+/// Renders into `picture` of the folder.
+fn render(folder: &Path, scene: &Path, options: &str, picture: &str) {
+    let options = format!("--headless --quiet --validation --size 64x36 --vpls 2000 {options}");
+    let mut arguments: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
+    arguments.extend([scene, Path::new("--output"), &folder.join(picture)].map(|p| p.to_str().unwrap().to_owned()));
+    succeed(&arguments);
+}
+
+fn pixels(folder: &Path, picture: &str) -> Vec<f32> {
+    let (_, _, rgb) = read_exr(folder.join(picture)).unwrap();
+    assert!(rgb.iter().all(|value| value.is_finite() && *value >= 0.0), "{picture}");
+    rgb
+}
+
+fn mean(rgb: &[f32]) -> f64 {
+    rgb.iter().map(|value| f64::from(*value)).sum::<f64>() / rgb.len() as f64
+}
+
+#[test]
+fn a_lamp_lights_the_frames_in_which_it_is_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let animated = scene(folder.path(), None);
+    render(folder.path(), &animated, "--technique direct --frames 3 --fps 1", "a-{frame}.exr");
+    let means = [0, 1, 2].map(|frame| mean(&pixels(folder.path(), &format!("a-000{frame}.exr"))));
+    assert!(means[1] > 2.0 * means[0] && means[1] > 2.0 * means[2] && means[2] > 1.2 * means[0], "{means:?}");
+    for (frame, intensity) in INTENSITIES.into_iter().enumerate() {
+        let still = scene(folder.path(), Some(intensity));
+        render(folder.path(), &still, "--technique direct", "still.exr");
+        let (found, expected) =
+            (pixels(folder.path(), &format!("a-000{frame}.exr")), pixels(folder.path(), "still.exr"));
+        let differs = found.iter().zip(&expected).any(|(a, b)| (a - b).abs() > 1e-4 * (a + b));
+        assert!(found.len() == expected.len() && !differs, "frame {frame}");
+    }
+}
+
+#[test]
+fn a_mean_of_frames_is_that_of_a_still_scene() {
+    // The lamp has a share of the light paths for its greatest intensity, 5 times that at 2 s: light must be the same as with
+    // the share of a still scene, but for noise. In the dark only a tenth of the paths, that of the other lamp, brings light.
+    const LIMIT: f64 = 0.02;
+    const LIMIT_IN_THE_DARK: f64 = 0.04;
+    let folder = tempfile::tempdir().unwrap();
+    let animated = scene(folder.path(), None);
+    let still = scene(folder.path(), Some(INTENSITIES[2]));
+    let indirect = |scene: &Path, options: &str| {
+        let mean_of = |technique: &str| {
+            render(folder.path(), scene, &format!("{technique} {options}"), "mean.exr");
+            mean(&pixels(folder.path(), "mean.exr"))
+        };
+        mean_of("--accumulate 128") - mean_of("--technique direct")
+    };
+    let (found, expected) = (indirect(&animated, "--time 2"), indirect(&still, ""));
+    assert!(expected > 0.0 && (found / expected - 1.0).abs() <= LIMIT, "{found} is not {expected}");
+    // While it is off the other lamp alone is left.
+    let dark = scene(folder.path(), Some(0.0));
+    let (found, expected) = (indirect(&animated, "--time 0"), indirect(&dark, ""));
+    assert!(expected > 0.0 && (found / expected - 1.0).abs() <= LIMIT_IN_THE_DARK, "{found} is not {expected}");
+}

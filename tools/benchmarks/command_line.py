@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from . import compare, cost, honesty, pbgi, tables, variants
+from . import compare, cost, honesty, motion, pbgi, tables, variants
 from .errors import BenchError, UsageError
 from .protocol import ROOT, Program, shared_folder
 
@@ -19,6 +19,7 @@ BENCHMARKS = {
     "compare": (compare, "the hierarchy against path tracing at equal time"),
     "pbgi": (pbgi, "point-based global illumination: counts, times by stage and pictures as in its paper, in the paper's way "
              "and in the default one"),
+    "motion": (motion, "six sequences of the built-in scene against path-traced truth: flicker, lag, the answer to a step"),
     "variants": (variants, "options or programs against each other, alternating in one run"),
 }
 
@@ -56,7 +57,7 @@ def parser():
     for name, (_, words) in BENCHMARKS.items():
         command = commands.add_parser(name, help=words, description=words[0].upper() + words[1:] + ".")
         fixed = name in ("cost", "honesty")
-        sized = name in ("tables", "compare", "pbgi")
+        sized = name in ("tables", "compare", "motion", "pbgi")
         command.add_argument("--repeats", type=at_least(1), default=None if sized else 3, metavar="N",
                              help="runs of each case (default " + ("by the device)" if sized else "3)"))
         command.add_argument("--frames", type=at_least(1), default=None if sized else 3, metavar="N",
@@ -91,6 +92,11 @@ def parser():
                          "of error over time (default 256, 16 on a software driver)")
     commands.choices["pbgi"].add_argument("--points", type=at_least(4096), metavar="N",
                                           help="points of the scene, a power of two (default 524288)")
+    command = commands.choices["motion"]
+    command.add_argument("--vpls", type=at_least(1), metavar="N", help="virtual point lights (default 100000, 20000 on a "
+                         "software driver)")
+    command.add_argument("--truth-samples", type=at_least(1), metavar="N", help="paths per pixel of each of the two truths "
+                         "(default 1024, 64 on a software driver)")
     command = commands.choices["variants"]
     command.add_argument("--base", default="", metavar="ARGS", help="options of gridlight that all variants have")
     command.add_argument("--variant", action="append", default=[], metavar="NAME=[BINARY::]ARGS", help="twice or more; "
@@ -109,7 +115,7 @@ def prepare(options, words):
         raise UsageError(f"--program {options.program} is not a file")
     shared = shared_folder()
     sponza = shared / "assets/sponza/sponza-sun.gltf"
-    if options.scene is None and sponza.exists():
+    if options.scene is None and sponza.exists() and options.benchmark != "motion":
         options.scene, options.camera = str(sponza), options.camera or "atrium"
     named = options.scene not in (None, "courtyard")
     if named and not Path(options.scene).is_file():

@@ -40,6 +40,19 @@ for axes, (key, words) in zip(all_axes, measures.items()):
     axes.set_ylabel(words)
     axes.grid(True, which="major", linewidth=0.4)
 all_axes[0].legend()
+""", "sequences": """
+names = list(dict.fromkeys(p["sequence"] for p in data))
+figure, grid = pyplot.subplots(2, len(names), figsize=(3 * len(names), 5), layout="constrained", squeeze=False)
+for row, key in zip(grid, ("flicker", "flip")):
+    for axes, name in zip(row, names):
+        for way in dict.fromkeys(p["series"] for p in data):
+            series = [p for p in data if (p["sequence"], p["series"]) == (name, way) and p[key] is not None]
+            axes.plot([p["frame"] for p in series], [p[key] for p in series], marker=".", label=way)
+        axes.set_ylim(bottom=0)
+        axes.set_title(name)
+        axes.grid(True, which="major", linewidth=0.4)
+    row[0].set_ylabel(key)
+grid[0][0].legend()
 """, "difference": """
 ours, reference = (pyplot.imread(file)[..., :3] for file in data)
 figure, all_axes = pyplot.subplots(1, 3, figsize=(12, 2.6), layout="constrained")

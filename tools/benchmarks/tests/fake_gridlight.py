@@ -15,6 +15,14 @@ if words[:1] == ["compare"]:
     with open(options["--json"], "w", encoding="utf-8") as file:
         json.dump({"metrics": metrics}, file)
     sys.exit()
+if words[:1] == ["compare-sequence"]:
+    answer = {"frame": 24, "frames": None if "paper" in words[2] else 1, "left": [0.5, 0.2]} if "switch" in words[1] else None
+    frames = [{"frame": 6, "relmse": 0.1, "flip": 0.2, "energy_ratio": 1.0, "flicker": None}]
+    metrics = {"flicker": 0.02, "block_flicker": 0.01, "lag_frames": None, "answer": answer, "relmse": 0.1, "flip": 0.2,
+               "energy_ratio": 1.0, "frames": frames}
+    with open(options["--json"], "w", encoding="utf-8") as file:
+        json.dump({"metrics": metrics}, file)
+    sys.exit()
 if "--help" in words:
     print("      --lighting <volumes|gather>  How lights reach pixels")
     sys.exit()
@@ -57,7 +65,10 @@ if "--timings" in options:
                        "memory": {"device_bytes": 1000 * vpls, "peak_resident_bytes": None},
                        "passes": [{"name": name, "ms": {"median": ms}} for name, ms in passes.items()],
                        "frame_gpu_ms": {"median": total}, "frame_cpu_ms": {"median": total}}, out)
-if "--output" in options:
-    with open(options["--output"], "w", encoding="utf-8") as out:
+outputs = [options["--output"]] if "--output" in options else []
+if outputs and "{frame}" in outputs[0]:
+    outputs = [outputs[0].replace("{frame}", f"{frame:04}") for frame in range(int(options["--frames"]))]
+for output in outputs:
+    with open(output, "w", encoding="utf-8") as out:
         # More paths, less error; the hierarchy's is always the same.
         out.write(str(1 / samples / frames if options.get("--technique") == "path-trace" else 0.05))

@@ -120,6 +120,20 @@ class Runs(unittest.TestCase):
     def test_pbgi_refuses_a_pass_without_a_row(self):
         self.fails(bench(["pbgi", "--quick", *self.to], fault="unknown"), 1, "tea_break is in no row")
 
+    def test_motion(self):
+        found = bench(["motion", "--quick", *self.to])
+        self.assertEqual(found.returncode, 0, found.stderr)
+        folder = self.results / "fake-driver-1"
+        results, text = json.loads((folder / "motion.json").read_text()), (folder / "motion.md").read_text()
+        self.assertEqual(list(results["sequences"]), ["still", "sun", "object", "figure", "camera", "switch"])
+        self.assertIn("| still | ours | 0.0200 | 0.0100 |  |  | 0.1000 | 0.2000 | 1.0000 |", text)
+        self.assertIn("| switch | paper | 0.0200 | 0.0100 |  | > 1 |", text)
+        self.assertIn("| switch | ours | 0.0200 | 0.0100 |  | 1 |", text)
+        self.assertIn("--camera walk", results["sequences"]["camera"]["ours"]["command"])
+
+    def test_motion_needs_frames_after_the_step(self):
+        self.fails(bench(["motion", "--quick", "--frames", "20", *self.to]), 2, "--frames must be above 25")
+
     def test_variants(self):
         words = ["variants", "--program", self.fake, "--base", "--size 8x8 --vpls 1000"]
         found = bench([*words, "--variant", "one=--alpha 1", "--variant", f"two={self.fake}::--alpha 3"])

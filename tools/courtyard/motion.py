@@ -104,7 +104,7 @@ def figure(doc, mats):
     heights = (0.0, 0.9, 1.5)
     joints = [doc.node(f"figure's {name}", translation=(0.0, y, 0.0))
               for name, y in zip(("hem", "waist", "hood"), heights)]
-    lamp = doc.node("carried lamp", translation=(0.0, -0.52, 0.0),
+    lamp = doc.node("carried lamp", translation=(0.0, -0.85, 0.0),
                     extensions={"KHR_lights_punctual": {"light": doc.light("lamp", "point", LAMP_COLOR, 0.0)}})
     lantern = doc.node("carried lantern", mesh=doc.mesh("carried lantern", [(props.lantern(0.1), mats["brass"])]),
                        translation=(0.55, 1.3, -0.1), scale=[0.6] * 3, children=[lamp])

@@ -78,6 +78,23 @@ fn resized_a_hundred_times() {
     assert!(swapchains > 60, "the window had {swapchains} sizes:\n{}", run.stderr);
 }
 
+/// Some drivers call every swapchain of a size suboptimal.
+#[test]
+fn a_swapchain_that_stays_suboptimal_is_made_anew_once_for_each_size() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let script = write(folder.path(), "s.txt", "at 12 resize 120x80\nat 24 quit\n");
+    let mut command = program();
+    display.show(&mut command).args(["-v", "--validation", "--script", &script]);
+    command.args(["--size", "96x54", "--render-scale", "1", "--technique", "direct"]).env("GRIDLIGHT_SUBOPTIMAL", "1");
+    let run = run(command);
+    assert_clean(&run);
+    for size in ["96x54", "120x80"] {
+        let made = run.stderr.lines().filter(|line| line.contains("swapchain:") && line.contains(size)).count();
+        assert_eq!(made, 2, "swapchains of {size}, the first one and the one that was tried:\n{}", run.stderr);
+    }
+}
+
 /// Everything else that a user does: the panel, minimising, other techniques and settings, a scene that is dropped and
 /// one that cannot be read, the sun, the camera, screenshots.
 #[test]

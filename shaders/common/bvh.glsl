@@ -90,11 +90,18 @@ NodeHits visit_node(uint index, SlabRay ray, float t_max) {
     return NodeHits(uvec2(node.first_child, (hits & 0xff000000u) | inner), node.first_triangle, hits & 0xffffffu);
 }
 
+// What is done at every node that a ray visits: a test counts them.
+#ifndef ON_VISIT
+#define ON_VISIT
+#endif
+
 // Nearest hit, or the first hit of any kind when `any_hit`. Cut-out texels are holes. Returns false on a miss.
 // Ylitie et al. 2017, algorithm 1, arranged for drivers that run the body of every `if` and only leave loops: a pass
 // through the inner loop visits at most one node and tests at most one triangle, so rays side by side do not wait for
 // each other's triangles, and the alpha test, by far the dearest part, waits until no ray has anything else to do.
 bool traverse(vec3 origin, vec3 direction, float t_max, bool any_hit, out Hit hit) {
+    // NaN passes every test of a box where the smaller of NaN and a number is the number: such a ray would visit all nodes.
+    t_max = is_finite_ray(origin, direction, t_max) ? t_max : -1.0;
     SlabRay ray = slab_ray(origin, direction);
     uvec2 stack[MAX_WIDE_DEPTH];
     uint depth = 0u;
@@ -116,6 +123,7 @@ bool traverse(vec3 origin, vec3 direction, float t_max, bool any_hit, out Hit hi
                 uint slot = (child - 24u) ^ ray.octant;
                 uint node = group.x + uint(bitCount(group.y & ~(0xffffffffu << slot)));
                 pending = visit_node(node, ray, hit.t);
+                ON_VISIT;
                 if ((pending.group.y & 0xff000000u) == 0u && depth > 0u) {
                     pending.group = stack[--depth];
                 }

@@ -12,9 +12,10 @@ uint end_word(uint level) { return frame.levels[level].w; }
 // Edge of a cell of a level: h_top / 2^(Lmax - l). Exact, being a power of two; level 0 is half of level 1.
 float cell_size(float h_top, uint level) { return ldexp(h_top, int(level) - int(top_level())); }
 
-// A position in units of a level's cells, within the level's vertices.
+// A position in units of a level's cells, within the level's vertices. Precise, as lights are marked, counted and listed by
+// cell in shaders of their own: one that contracted this to a fused multiply-add could find another cell than the rest.
 vec3 grid_position(vec3 position_ws, GridPlacement grid, uint level) {
-    vec3 cells = (position_ws - grid.origin_ws) * ldexp(grid.inverse_h_top, int(top_level()) - int(level));
+    precise vec3 cells = (position_ws - grid.origin_ws) * ldexp(grid.inverse_h_top, int(top_level()) - int(level));
     return clamp(cells, vec3(0.0), vec3(float(vertices_per_axis(level) - 1u)));
 }
 

@@ -11,6 +11,14 @@ uint hash(uint a, uint b, uint c) { return hash(a ^ hash(b ^ hash(c))); }
 // Strictly between 0 and 1: 23 bits, so that the half is kept and 1 is never reached.
 float unit_float(uint bits) { return (float(bits >> 9u) + 0.5) * (1.0 / 8388608.0); }
 
+// -ln(u) of a number strictly between 0 and 1. Never negative, nor -0, where a device's logarithm near 1 is a little above 0:
+// such numbers sort as their bits do.
+float negative_log(float u) { return abs(log(u)); }
+
+// Key of a light of weight f > 0 in the race for shadow sample `i` of a pixel, whose `stream` is hashed from light and
+// pixel: the smallest key falls on a light with probability f / sum of f (exponential race).
+float race_key(uint stream, uint i, float f) { return negative_log(unit_float(hash(stream + i * 0x9e3779b9u))) / f; }
+
 // The n-th number of a stream.
 float random(inout uint state) {
     state = hash(state);

@@ -16,8 +16,8 @@ bool traverse(vec3 origin, vec3 direction, float t_max, bool any_hit, out Hit hi
     rayQueryEXT query;
     uint flags = any_hit ? gl_RayFlagsTerminateOnFirstHitEXT : gl_RayFlagsNoneEXT;
     hit = Hit(t_max, vec2(0.0), 0u);
-    // A sender nearer than the ray's ends are long leaves no ray, and a query must not have a negative range.
-    if (t_max <= 0.0) {
+    // A sender nearer than the ray's ends are long leaves no ray, and a query must not have a negative range, nor NaN.
+    if (t_max <= 0.0 || !is_finite_ray(origin, direction, t_max)) {
         return false;
     }
     rayQueryInitializeEXT(query, scene_structure, flags, 0xffu, origin, 0.0, direction, t_max);

@@ -81,6 +81,15 @@ vec3 hit_normal(uint triangle, vec2 barycentric) {
     return a + (b - a) * barycentric.x + (c - a) * barycentric.y;
 }
 
+// Whether all numbers of a ray are finite. By their bits: compilers may take it for granted that there are no others.
+bool is_finite_ray(vec3 origin, vec3 direction, float t_max) {
+    uvec3 exponents = max(floatBitsToUint(origin) & 0x7f800000u, floatBitsToUint(direction) & 0x7f800000u);
+    return max(max(exponents.x, exponents.y), max(exponents.z, floatBitsToUint(t_max) & 0x7f800000u)) != 0x7f800000u;
+}
+
+// The direction of a vector, or another one where it has none.
+vec3 direction_or(vec3 v, vec3 otherwise) { return dot(v, v) > 0.0 ? normalize(v) : otherwise; }
+
 // Where a ray met the scene.
 struct HitSurface {
     vec3 position_ws;
@@ -92,9 +101,10 @@ struct HitSurface {
 
 HitSurface surface_at_hit(Hit hit, vec3 direction) {
     BvhTriangle tri = bvh_triangle(hit.bvh_triangle);
-    vec3 geometric = normalize(cross(tri.edge1, tri.edge2));
+    vec3 geometric = direction_or(cross(tri.edge1, tri.edge2), -direction);
     geometric = dot(geometric, direction) > 0.0 ? -geometric : geometric;
-    vec3 normal = normalize(hit_normal(tri.triangle_index, hit.barycentric));
+    // Normals of corners may cancel out.
+    vec3 normal = direction_or(hit_normal(tri.triangle_index, hit.barycentric), geometric);
     normal = dot(normal, geometric) < 0.0 ? -normal : normal;
     vec3 position_ws = tri.v0 + tri.edge1 * hit.barycentric.x + tri.edge2 * hit.barycentric.y;
     vec3 albedo = base_color_at(tri.material, tri.triangle_index, hit.barycentric).rgb;

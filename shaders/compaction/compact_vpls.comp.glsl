@@ -1,5 +1,5 @@
-// Packs the VPLs of the path slots into the list of lights S0, in slot order, followed by the scene's own point
-// lights when they take part. One thread per slot and per scene light.
+// Packs the VPLs of some path slots into the list of lights S0, in slot order; those of the last slots are followed by the
+// scene's own point lights when they take part. One thread per slot and per scene light.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/octahedral.glsl"
@@ -16,26 +16,27 @@ layout(set = 0, binding = 5, std430) writeonly buffer LightPositions { uvec4 lig
 layout(set = 0, binding = 6, std430) writeonly buffer LightFluxes { vec4 light_fluxes[]; };
 // light_counts: [0] lights in S0, [1] VPLs among them, [2] VPLs that did not fit.
 layout(set = 0, binding = 7, std430) buffer LightCounts { uint light_counts[]; };
-layout(push_constant) uniform Push { uint slot_count; };
+// Slots from `first_slot` to `end_slot`, those in memory, of `slot_count`; later ones have no VPLs yet.
+layout(push_constant) uniform Push { uint first_slot; uint end_slot; uint slot_count; };
 
 void main() {
-    uint index = linear_thread();
+    uint index = first_slot + linear_thread();
     uint vpl_count = min(slot_ranks[(slot_count + 31u) / 32u], frame.vpl_capacity);
     uint scene_light_count = frame.scene_lights;
-    if (index == 0u) {
+    if (index == first_slot) {
         light_counts[0] = vpl_count + scene_light_count;
         light_counts[1] = vpl_count;
         light_counts[2] = slot_ranks[(slot_count + 31u) / 32u] - vpl_count;
     }
-    if (index < slot_count) {
+    if (index < end_slot) {
         uint word = slot_bits[index / 32u];
         uint bit = 1u << (index % 32u);
         uint target = slot_ranks[index / 32u] + uint(bitCount(word & (bit - 1u)));
         if ((word & bit) != 0u && target < frame.vpl_capacity) {
-            light_positions[target] = slot_positions[index];
-            light_fluxes[target] = slot_fluxes[index];
+            light_positions[target] = slot_positions[index - first_slot];
+            light_fluxes[target] = slot_fluxes[index - first_slot];
         }
-    } else if (index - slot_count < scene_light_count) {
+    } else if (end_slot == slot_count && index - slot_count < scene_light_count) {
         PunctualLight light = punctual_lights[frame.first_point_light + index - slot_count];
         uint target = vpl_count + index - slot_count;
         light_positions[target] = uvec4(floatBitsToUint(light.position_ws), pack_octahedral(vec3(0.0, 1.0, 0.0)));

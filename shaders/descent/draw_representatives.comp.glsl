@@ -36,7 +36,7 @@ void main() {
         }
         uint random_state = hash(light, i, sampling_seed() ^ 0x27d4eb2fu);
         for (uint r = 0u; r < REPRESENTATIVES; ++r) {
-            uint key = race_key(random(random_state), share, index_bits);
+            uint key = packed_race_key(random(random_state), share, index_bits);
             atomicMin(representatives[s1 * REPRESENTATIVES + r], key | light);
         }
     }

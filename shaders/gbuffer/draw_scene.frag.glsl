@@ -50,12 +50,13 @@ vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
     vec3 r2 = cross(n, position_dx);
     vec3 tangent = r1 * uv_dx.x + r2 * uv_dy.x;
     vec3 bitangent = r1 * uv_dx.y + r2 * uv_dy.y;
+    // Before any invocation returns: the sample takes its derivatives from all four of a quad.
+    vec3 sampled = texture(normal_texture, steady(uv)).xyz * 2.0 - 1.0;
     float longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
     if (longest <= 0.0) {
         return n;
     }
     float inverse_length = inversesqrt(longest);
-    vec3 sampled = texture(normal_texture, steady(uv)).xyz * 2.0 - 1.0;
     // glTF's green points up, along -v of the texture, while `bitangent` runs along +v.
     vec3 mapped = sampled.x * scale * tangent * inverse_length - sampled.y * scale * bitangent * inverse_length
         + sampled.z * n;

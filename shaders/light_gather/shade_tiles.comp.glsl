@@ -77,12 +77,12 @@ Pixel pixel_at(uvec2 inside, uvec2 sub_image) {
     return Pixel(true, position_from_depth(xy, depth), normal, frame.near / depth, index);
 }
 
-// Offers a light with weight f > 0 to every reservoir: the one with the smallest -ln(u) / f stays, as in
+// Offers a light with weight f > 0 to every reservoir: the one with the smallest key stays, as in
 // light_volumes/reservoir.glsl.
 void pick(Pixel pixel, uint light, float f, inout Gathered gathered) {
     uint stream = hash(light, pixel.index, sampling_seed());
     for (uint i = 0u; i < SAMPLES; ++i) {
-        float key = -log(unit_float(hash(stream + i * 0x9e3779b9u))) / f;
+        float key = race_key(stream, i, f);
         if (key < gathered.keys[i] || (key == gathered.keys[i] && light < gathered.lights[i])) {
             gathered.keys[i] = key;
             gathered.lights[i] = light;

@@ -27,11 +27,9 @@ void stream_into(uint base, uint light, float f, uint stream) {
 void update_reservoirs(uint pixel_index, uint light, float f) {
     uint stream = hash(light, pixel_index, sampling_seed());
 #if defined(RESERVOIR_EXACT)
-    // The minimum of -ln(u) / f over all lights falls on a light with probability f / sum of f (exponential race).
     uint base = pixel_index * shadow_sample_count();
     for (uint i = 0u; i < shadow_sample_count(); ++i) {
-        float key = -log(unit_float(hash(stream + i * 0x9e3779b9u))) / f;
-        atomicMin(reservoirs[base + i], (uint64_t(floatBitsToUint(key)) << 32) | uint64_t(light));
+        atomicMin(reservoirs[base + i], (uint64_t(floatBitsToUint(race_key(stream, i, f))) << 32) | uint64_t(light));
     }
 #elif defined(RESERVOIR_RACE)
     stream_into(pixel_index * (shadow_sample_count() + 2u), light, f, stream);

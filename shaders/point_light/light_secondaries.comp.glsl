@@ -58,7 +58,7 @@ PointPlace place_of_word(uint word) {
         return place;
     }
     BvhTriangle tri = bvh_triangle(hit.bvh_triangle);
-    vec3 normal = normalize(cross(tri.edge1, tri.edge2));
+    vec3 normal = direction_or(cross(tri.edge1, tri.edge2), direction);
     normal = dot(normal, direction) < 0.0 ? normal : -normal;
     return place_above(place.position_ws + hit.t * direction, normal);
 }

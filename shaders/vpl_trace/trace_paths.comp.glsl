@@ -1,5 +1,6 @@
 // Light paths from suns, spots, points and the environment; a VPL at every diffuse hit. One thread per path; path p writes
-// VPL b to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling.
+// VPL b to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling. Where there are
+// too many slots, paths go in parts, and the slots of a part are in memory.
 // Three numbers between 0 and 1 say where a path starts: the light, and two for it. They are drawn from cells, each with
 // its share of the paths, and what a path carries is divided by the density of its cell.
 // Reads the scene. Keller 1997; Lin and Yuksel 2019, section 4.
@@ -19,6 +20,8 @@ layout(set = 0, binding = 4, std430) buffer RayCount { uint ray_count[]; };
 #include "shared/StartCell.glsl"
 layout(set = 0, binding = 5, std430) readonly buffer StartCells { StartCell start_cells[]; };
 
+layout(push_constant) uniform Push { uint first_path; uint end_path; };
+
 #include "common/path_starts.glsl"
 
 float share_before(uint cell) { return start_cells[cell].first; }
@@ -26,8 +29,8 @@ float share_before(uint cell) { return start_cells[cell].first; }
 DEFINE_INTERVAL_SEARCH(start_cell, share_before)
 
 void main() {
-    uint path = linear_thread();
-    if (path >= frame.path_count) {
+    uint path = first_path + linear_thread();
+    if (path >= end_path) {
         return;
     }
     uint random_state = hash(path, frame_seed());
@@ -55,8 +58,9 @@ void main() {
         flux *= surface.albedo;
         uint slot = path * frame.bounces + bounce;
         if (any(greaterThan(flux, vec3(0.0)))) {
-            slot_positions[slot] = uvec4(floatBitsToUint(surface.position_ws), pack_octahedral(surface.normal));
-            slot_fluxes[slot] = vec4(flux, 1.0);
+            uint place = slot - first_path * frame.bounces;
+            slot_positions[place] = uvec4(floatBitsToUint(surface.position_ws), pack_octahedral(surface.normal));
+            slot_fluxes[place] = vec4(flux, 1.0);
             atomicOr(slot_bits[slot / 32u], 1u << (slot % 32u));
         }
         origin = surface.position_ws + surface.geometric * ray_offset(surface.position_ws);

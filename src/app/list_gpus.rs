@@ -17,6 +17,9 @@ pub fn list() -> Result<()> {
         let suitable =
             if gpu.missing.is_empty() { "yes".to_owned() } else { format!("no, lacks {}", gpu.missing.join(", ")) };
         let _ = writeln!(text, "   suitable: {suitable}");
+        if gpu.is_portability_subset {
+            let _ = writeln!(text, "   a portability subset of Vulkan: what it lacks is not used");
+        }
         for (name, found, fallback) in gpu.optional.rows() {
             let state = if found { "found".to_owned() } else { format!("missing ({fallback})") };
             let _ = writeln!(text, "   {name}: {state}");
@@ -24,8 +27,9 @@ pub fn list() -> Result<()> {
         let limits = &gpu.limits;
         let _ = writeln!(
             text,
-            "   limits: storage buffer {} MiB, image {} px, {} array layers, subgroup {}",
+            "   limits: storage buffer {} MiB, {} of them per stage, image {} px, {} array layers, subgroup {}",
             limits.storage_range_bytes >> 20,
+            limits.stage.storage_buffers,
             limits.image_edge_px,
             limits.array_layers,
             limits.subgroup_size

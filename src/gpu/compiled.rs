@@ -14,6 +14,7 @@ use super::pipeline::Pipeline;
 use super::pipelines::Pipelines;
 use super::resources::{Imports, Resources};
 use super::scene_set::SceneSet;
+use super::stage_limits::check_stage_limits;
 use super::transfer::{self, Subresource};
 use super::work::{RasterWork, TransferOp, Work};
 use crate::error::{Error, Result};
@@ -51,6 +52,8 @@ impl CompiledFrame {
     pub fn new(gpu: &Gpu, graph: Graph<Work>, imports: Imports) -> Result<Self> {
         let mut plan = plan(&graph).map_err(|e| Error::Failure(format!("frame graph: {e}")))?;
         check_interfaces(&graph)?;
+        let scene = imports.scene.as_ref().map_or_else(Vec::new, |scene| scene.binding_kinds());
+        check_stage_limits(&graph, &scene, &gpu.report().limits.stage)?;
         let resources = Resources::new(gpu, &graph, &mut plan, &imports)?;
         let (passes, gpu_kept) = (Vec::new(), Arc::clone(gpu));
         let mut frame = Self {

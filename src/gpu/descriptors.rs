@@ -7,6 +7,7 @@ use ash::vk;
 use super::check;
 use super::device::Device;
 use crate::error::Result;
+use crate::shader::interface::BindingKind;
 
 /// What one binding points at.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +30,18 @@ impl Bound {
             Self::Structure { .. } => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
             Self::Texture { .. } => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
         }
+    }
+}
+
+/// The kind of a descriptor that [`Bound`] makes.
+pub(super) fn binding_kind(descriptor: vk::DescriptorType) -> BindingKind {
+    match descriptor {
+        vk::DescriptorType::UNIFORM_BUFFER => BindingKind::UniformBuffer,
+        vk::DescriptorType::STORAGE_IMAGE => BindingKind::StorageImage,
+        vk::DescriptorType::SAMPLED_IMAGE => BindingKind::SampledImage,
+        vk::DescriptorType::COMBINED_IMAGE_SAMPLER => BindingKind::CombinedImageSampler,
+        vk::DescriptorType::ACCELERATION_STRUCTURE_KHR => BindingKind::AccelerationStructure,
+        _ => BindingKind::StorageBuffer,
     }
 }
 

@@ -77,7 +77,7 @@ impl Device {
         }
         let queue_family = features::queue_family(&instance.raw, physical)
             .ok_or_else(|| Error::NoDevice(format!("{} has no queue for graphics and compute", report.name)))?;
-        let device = create_device(&instance, physical, queue_family, report.optional, extensions)?;
+        let device = create_device(&instance, physical, queue_family, &report, extensions)?;
         // SAFETY: family and index were requested at device creation.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
@@ -274,10 +274,15 @@ fn create_device(
     instance: &Instance,
     physical: vk::PhysicalDevice,
     queue_family: u32,
-    optional: OptionalFeatures,
+    report: &DeviceReport,
     extensions: &[&CStr],
 ) -> Result<ash::Device> {
+    let optional = report.optional;
     let mut extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+    if report.is_portability_subset {
+        // Must be enabled where it is offered. Of its features none is: nothing here uses one.
+        extensions.push(khr::portability_subset::NAME.as_ptr());
+    }
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let core = vk::PhysicalDeviceFeatures::default()

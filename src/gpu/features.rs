@@ -5,7 +5,9 @@ use std::ffi::CStr;
 use ash::{amd, ext, khr, nv, vk};
 
 use super::instance::Instance;
+use super::stage_limits::StageLimits;
 use crate::error::Result;
+use crate::scene::Vertex;
 
 /// Optional features. Each has a tested fallback; none is assumed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,6 +47,8 @@ pub struct DeviceReport {
     pub driver_version: u32,
     /// Required features the device lacks; empty means gridlight runs on it.
     pub missing: Vec<&'static str>,
+    /// Whether it is only a portability subset of Vulkan, as with MoltenVK. What such a device may lack is not used.
+    pub is_portability_subset: bool,
     /// Optional features found.
     pub optional: OptionalFeatures,
     /// Limits.
@@ -78,6 +82,10 @@ pub struct Limits {
     pub scratch_alignment: u32,
     /// Nanoseconds per timestamp tick.
     pub timestamp_period_ns: f32,
+    /// Bits of a timestamp that count, of the queue in use; 0 without such a queue.
+    pub timestamp_bits: u32,
+    /// Most bindings of each kind that a stage of a pass may have.
+    pub stage: StageLimits,
     /// Bits of a vertex position within a pixel.
     pub subpixel_bits: u32,
     /// Invocations in a subgroup.
@@ -114,10 +122,19 @@ fn has_extensions(instance: &Instance, device: vk::PhysicalDevice, names: &[&CSt
 /// Queue family that can do everything the program needs, with timestamps.
 pub(super) fn queue_family(instance: &ash::Instance, device: vk::PhysicalDevice) -> Option<u32> {
     let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-    // SAFETY: `device` comes from this instance.
-    let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
+    let families = queue_families(instance, device);
     let index = families.iter().position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)?;
     u32::try_from(index).ok()
+}
+
+fn queue_families(instance: &ash::Instance, device: vk::PhysicalDevice) -> Vec<vk::QueueFamilyProperties> {
+    // SAFETY: `device` comes from this instance.
+    unsafe { instance.get_physical_device_queue_family_properties(device) }
+}
+
+fn timestamp_bits(instance: &ash::Instance, device: vk::PhysicalDevice) -> u32 {
+    let family = queue_family(instance, device).map(|index| queue_families(instance, device)[index as usize]);
+    family.map_or(0, |family| family.timestamp_valid_bits)
 }
 
 /// Every physical device with what it offers, in the order `--gpu INDEX` counts them.
@@ -134,9 +151,14 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+    let mut portability = vk::PhysicalDevicePortabilitySubsetPropertiesKHR::default();
+    let is_portability_subset = has_extensions(instance, device, &[khr::portability_subset::NAME]);
     let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
     if has_extensions(instance, device, &RAY_QUERY_EXTENSIONS) {
         properties = properties.push_next(&mut structures);
+    }
+    if is_portability_subset {
+        properties = properties.push_next(&mut portability);
     }
     // SAFETY: `device` comes from this instance; the chain lives on this stack frame.
     unsafe { instance.raw.get_physical_device_properties2(device, &mut properties) };
@@ -147,7 +169,8 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
         text(driver.driver_name_as_c_str().ok().map(std::ffi::CStr::to_string_lossy)),
         text(driver.driver_info_as_c_str().ok().map(std::ffi::CStr::to_string_lossy))
     );
-    let (missing, optional) = features(instance, device, p.api_version);
+    let (mut missing, optional) = features(instance, device, p.api_version);
+    missing.extend(portability_obstacle(portability.min_vertex_input_binding_stride_alignment));
     DeviceReport {
         name: text(p.device_name_as_c_str().ok().map(std::ffi::CStr::to_string_lossy)),
         driver: driver_text.trim().to_owned(),
@@ -163,8 +186,12 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
         device_id: p.device_id,
         driver_version: p.driver_version,
         missing,
+        is_portability_subset,
         optional,
-        limits: limits(&p.limits, subgroup.subgroup_size, &structures),
+        limits: Limits {
+            timestamp_bits: timestamp_bits(&instance.raw, device),
+            ..limits(&p.limits, subgroup.subgroup_size, &structures)
+        },
     }
 }
 
@@ -187,9 +214,17 @@ fn limits(
         structure_triangles: structures.max_primitive_count,
         scratch_alignment: structures.min_acceleration_structure_scratch_offset_alignment,
         timestamp_period_ns: l.timestamp_period,
+        timestamp_bits: 0,
+        stage: StageLimits::new(l),
         subpixel_bits: l.sub_pixel_precision_bits.min(16),
         subgroup_size,
     }
+}
+
+/// What keeps a device whose vertices must lie at multiples of `stride_alignment` bytes, 0 where any stride will do.
+fn portability_obstacle(stride_alignment: u32) -> Option<&'static str> {
+    let is_met = stride_alignment == 0 || (size_of::<Vertex>() as u32).is_multiple_of(stride_alignment);
+    (!is_met).then_some("vertices of 32 bytes (minVertexInputBindingStrideAlignment)")
 }
 
 fn version_text(version: u32) -> String {
@@ -247,4 +282,20 @@ fn features(
         device_fault: fault.device_fault == vk::TRUE,
     };
     (missing, optional)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_suit_the_strides_of_a_portability_subset() {
+        for alignment in [0, 1, 4, 16, 32] {
+            assert_eq!(portability_obstacle(alignment), None, "{alignment}");
+        }
+        for alignment in [12, 64, 256] {
+            assert!(portability_obstacle(alignment).is_some(), "{alignment}");
+        }
+        assert_eq!(size_of::<Vertex>(), 32, "the obstacle names this size");
+    }
 }

@@ -3,7 +3,7 @@
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 
 use super::check;
 use crate::error::{Error, Result};
@@ -138,9 +138,16 @@ fn create_instance(
     if has_debug_utils {
         extensions.push(ext::debug_utils::NAME.as_ptr());
     }
+    // Without both, the loader hides drivers that are built on another interface, such as MoltenVK.
+    let mut flags = vk::InstanceCreateFlags::empty();
+    if has_extension(entry, None, khr::portability_enumeration::NAME) {
+        extensions.push(khr::portability_enumeration::NAME.as_ptr());
+        flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
+    }
     let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
     let mut info = vk::InstanceCreateInfo::default()
+        .flags(flags)
         .application_info(&app)
         .enabled_layer_names(&layer_pointers)
         .enabled_extension_names(&extensions);

@@ -31,6 +31,7 @@ mod runner;
 mod scene_set;
 mod shared_image;
 mod slot;
+mod stage_limits;
 mod steps;
 #[cfg(feature = "window")]
 mod surface;
@@ -62,10 +63,11 @@ pub use resources::MemoryUse;
 pub use runner::OnStep;
 pub use scene_set::{SceneData, ScenePart, SceneSet};
 pub use shared_image::SharedImage;
+pub use stage_limits::{StageLimits, check_stage_limits};
 #[cfg(feature = "window")]
 pub use surface::{Surface, WindowSource};
 #[cfg(feature = "window")]
-pub use swapchain::{Acquired, Presented, Swapchain, is_srgb};
+pub use swapchain::{Acquired, Presented, Renewals, Swapchain, is_srgb};
 pub use target::{FRAMES_IN_FLIGHT, Overlay, Target, WindowTarget};
 pub use work::{
     ColorTarget, ComputeWork, Constants, DepthTarget, Dispatch, DrawCall, RasterDraw, RasterState, RasterWork, Repeat,

@@ -9,7 +9,7 @@ use ash::vk;
 use super::acceleration::{Acceleration, BUILD_INPUT};
 use super::buffer::Buffer;
 use super::check;
-use super::descriptors::{Bound, Sets};
+use super::descriptors::{Bound, Sets, binding_kind};
 use super::device::Device;
 use super::environment::EnvironmentParts;
 use super::image::Image;
@@ -24,6 +24,7 @@ use crate::scene::chunks::Chunk;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::sampling::{Filter, Sampling, Wrap};
 use crate::scene::upload::MipChain;
+use crate::shader::interface::BindingKind;
 
 /// Everything uploaded, as plain bytes and texels.
 pub struct SceneData<'a> {
@@ -202,6 +203,12 @@ impl SceneSet {
             ScenePart::BottomStructure => structures.map(|[_, bottom]| buffer(bottom)),
             ScenePart::StructureTriangles => query.map(|(_, places)| buffer(places)),
         }
+    }
+
+    /// What the bindings of its set are that rays and lights are read from.
+    #[must_use]
+    pub fn binding_kinds(&self) -> Vec<BindingKind> {
+        self.scene.bindings.iter().map(|(_, kind, _)| binding_kind(*kind)).collect()
     }
 
     /// Bytes of scratch memory that a new build of an acceleration structure takes; `None` without ray queries.

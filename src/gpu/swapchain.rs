@@ -19,6 +19,9 @@ const ACQUIRE_TIMEOUT_NS: u64 = 250_000_000;
 /// tested where a driver offers both.
 const SURFACE_FORMAT: &str = "GRIDLIGHT_SURFACE_FORMAT";
 
+/// Set to 1, every image that is shown counts as suboptimal: how that is tested where no driver says so.
+const SUBOPTIMAL: &str = "GRIDLIGHT_SUBOPTIMAL";
+
 /// What asking for an image gave.
 pub enum Acquired {
     /// An image to draw to; give it to [`Swapchain::present`] once a frame into it is submitted.
@@ -36,7 +39,9 @@ pub enum Acquired {
 pub enum Presented {
     /// It is shown.
     Shown,
-    /// It may be shown, but the swapchain should be made anew.
+    /// It is shown, but a swapchain made anew might suit the window better: see [`Renewals`].
+    Suboptimal,
+    /// It may be shown, but the swapchain must be made anew.
     Stale,
     /// The surface is gone: renew it.
     SurfaceLost,
@@ -53,7 +58,23 @@ pub struct Swapchain {
     frames: usize,
     format: vk::Format,
     extent: vk::Extent2D,
+    plants_suboptimal: bool,
     gpu: Arc<Device>,
+}
+
+/// Which suboptimal swapchains are made anew: one for each size of the window. Some drivers call every swapchain of a size
+/// suboptimal, as on a turned display, and would have a new one in every frame.
+#[derive(Debug, Default)]
+pub struct Renewals {
+    /// Size of the window for which a suboptimal swapchain has been made anew.
+    tried_px: Option<[u32; 2]>,
+}
+
+impl Renewals {
+    /// Whether the suboptimal swapchain of a window of this size is to be made anew; says so once.
+    pub fn wants(&mut self, window_px: [u32; 2]) -> bool {
+        self.tried_px.replace(window_px) != Some(window_px)
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -126,6 +147,7 @@ impl Swapchain {
             frames: 0,
             format: format.format,
             extent,
+            plants_suboptimal: std::env::var_os(SUBOPTIMAL).is_some_and(|value| value == "1"),
             gpu: Arc::clone(gpu),
         };
         swapchain.create_images()?;
@@ -180,8 +202,10 @@ impl Swapchain {
         let _queue = self.gpu.lock_queue();
         // SAFETY: nobody else uses the queue meanwhile; the frame that signals the semaphore is submitted and leaves the image in the layout to present.
         match unsafe { self.functions.queue_present(self.gpu.queue, &info) } {
+            Ok(false) if self.plants_suboptimal => Ok(Presented::Suboptimal),
             Ok(false) => Ok(Presented::Shown),
-            Ok(true) | Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Presented::Stale),
+            Ok(true) => Ok(Presented::Suboptimal),
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Presented::Stale),
             Err(vk::Result::ERROR_SURFACE_LOST_KHR) => Ok(Presented::SurfaceLost),
             Err(result) => check("vkQueuePresentKHR", Err(result)),
         }
@@ -334,4 +358,17 @@ fn find_alpha(offered: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR
         vk::CompositeAlphaFlagsKHR::POST_MULTIPLIED,
     ];
     known.into_iter().find(|alpha| offered.contains(*alpha)).unwrap_or(vk::CompositeAlphaFlagsKHR::OPAQUE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_suboptimal_swapchain_is_made_anew_once_for_each_size() {
+        let mut renewals = Renewals::default();
+        let sizes = [[800, 600], [800, 600], [800, 600], [600, 800], [600, 800], [800, 600], [800, 600]];
+        let made: Vec<bool> = sizes.into_iter().map(|size| renewals.wants(size)).collect();
+        assert_eq!(made, [true, false, false, true, false, true, false]);
+    }
 }

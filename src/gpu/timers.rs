@@ -67,14 +67,46 @@ impl Timers {
         check("reading timestamps", unsafe {
             self.gpu.device.get_query_pool_results(self.pool, first, &mut ticks, vk::QueryResultFlags::TYPE_64)
         })?;
-        let ms_per_tick = f64::from(self.gpu.report().limits.timestamp_period_ns) * 1e-6;
-        Ok(ticks.windows(2).map(|t| t[1].saturating_sub(t[0]) as f64 * ms_per_tick).collect())
+        let limits = &self.gpu.report().limits;
+        let ms_per_tick = f64::from(limits.timestamp_period_ns) * 1e-6;
+        let elapsed = |t: &[u64]| elapsed_ticks(t[0], t[1], limits.timestamp_bits);
+        Ok(ticks.windows(2).map(|t| elapsed(t) as f64 * ms_per_tick).collect())
     }
+}
+
+/// Ticks from one timestamp to the next, of which only the lowest `valid_bits` mean anything and start again at 0. 36 bits
+/// of nanoseconds do so every 69 seconds. More than half of what they can tell apart is a step back, which counts as none.
+fn elapsed_ticks(from: u64, to: u64, valid_bits: u32) -> u64 {
+    let mask = u64::MAX >> (64 - valid_bits.clamp(1, 64));
+    let ticks = to.wrapping_sub(from) & mask;
+    if ticks > mask / 2 { 0 } else { ticks }
 }
 
 impl Drop for Timers {
     fn drop(&mut self) {
         // SAFETY: the executor waits for the GPU before it drops its slots.
         unsafe { self.gpu.device.destroy_query_pool(self.pool, None) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timestamps_start_again_where_their_valid_bits_end() {
+        for (bits, from, to, ticks) in [
+            (64, 1000, 1250, 250),
+            (64, u64::MAX - 9, 20, 30),
+            (36, (1 << 36) - 100, 50, 150),
+            // What the bits above hold is undefined.
+            (36, 0xabcd_0000_0000_0010, 0x1234_0000_0000_0030, 0x20),
+            (32, u64::from(u32::MAX), 0, 1),
+        ] {
+            assert_eq!(elapsed_ticks(from, to, bits), ticks, "{bits} bits from {from} to {to}");
+        }
+        for bits in [32, 36, 64] {
+            assert_eq!(elapsed_ticks(1000, 999, bits), 0, "a step back of {bits} bits");
+        }
     }
 }

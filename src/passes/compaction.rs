@@ -4,7 +4,7 @@
 use super::exclusive_scan::{self, ScanRange};
 use super::lgh_shape::LghShape;
 use super::light_buckets::LightBuckets;
-use super::light_shape::LightShape;
+use super::light_shape::{LightShape, PathPart};
 use super::vpl_trace::VplSlots;
 use super::{Frame, shader, threads};
 use crate::gpu::{ComputeWork, Dispatch, Work};
@@ -71,30 +71,47 @@ pub fn declare_lights(frame: &mut Frame, shape: &LightShape) -> Lights {
     }
 }
 
-/// Adds the passes that pack the VPLs of all paths, followed by the scene's lights.
-pub fn pack_lights(frame: &mut Frame, shape: &LightShape, slots: &VplSlots) -> Lights {
-    let words = slots.count.div_ceil(32);
-    let ranks = frame.graph.transient_buffer("vpl_slot_ranks", 4 * u64::from(words + 1));
-    let range =
-        ScanRange { bits: slots.bits, ranks, first_word: 0, word_count: words, keep_ranks: false, values: false };
-    exclusive_scan::add(frame, "vpls", range);
-    let lights = declare_lights(frame, shape);
+/// The lights S0 while the parts of the paths are packed.
+#[derive(Clone, Copy, Debug)]
+pub struct Packing {
+    /// What is packed so far.
+    pub lights: Lights,
+    scan: ScanRange,
+    block_sums: BufferHandle,
+}
+
+/// Declares what the parts of the paths are packed into.
+pub fn begin_lights(frame: &mut Frame, shape: &LightShape, slots: &VplSlots) -> Packing {
+    let word_count = slots.count.div_ceil(32);
+    let ranks = frame.graph.transient_buffer("vpl_slot_ranks", 4 * u64::from(word_count + 1));
+    let scan = ScanRange { bits: slots.bits, ranks, first_word: 0, word_count, keep_ranks: false, values: false };
+    let block_sums = exclusive_scan::declare_sums(frame, "vpls", scan);
+    Packing { lights: declare_lights(frame, shape), scan, block_sums }
+}
+
+/// Adds the passes that pack the VPLs of a part of the paths, after those of the parts before; the last are followed by the
+/// scene's lights.
+pub fn pack_part(frame: &mut Frame, shape: &LightShape, slots: &VplSlots, packing: &Packing, part: &PathPart) {
+    exclusive_scan::add_with(frame, &part.named("vpls", '_'), packing.scan, packing.block_sums);
+    let scene_lights = if part.slots.end == slots.count { shape.scene_light_count } else { 0 };
     let work = ComputeWork {
-        push: vec![slots.count],
+        push: vec![part.slots.start, part.slots.end, slots.count],
         uses_scene: true,
-        ..shader("compaction/compact_vpls", threads(slots.count + shape.scene_light_count))
+        ..shader("compaction/compact_vpls", threads(part.slots.len() as u32 + scene_lights))
     };
+    // What earlier parts have left there stays.
+    let write = if part.slots.start == 0 { Access::ComputeWrite } else { Access::ComputeReadWrite };
+    let lights = packing.lights;
     let pass = frame
-        .compute("compaction/compact_vpls", work)
+        .compute(&part.named("compaction/compact_vpls", '/'), work)
         .bind("slot_positions", slots.positions, Access::ComputeRead)
         .bind("slot_fluxes", slots.fluxes, Access::ComputeRead)
         .bind("slot_bits", slots.bits, Access::ComputeRead)
-        .bind("slot_ranks", ranks, Access::ComputeRead)
-        .bind("light_positions", lights.positions, Access::ComputeWrite)
-        .bind("light_fluxes", lights.fluxes, Access::ComputeWrite)
-        .bind("light_counts", lights.counts, Access::ComputeWrite);
+        .bind("slot_ranks", packing.scan.ranks, Access::ComputeRead)
+        .bind("light_positions", lights.positions, write)
+        .bind("light_fluxes", lights.fluxes, write)
+        .bind("light_counts", lights.counts, write);
     frame.graph.add_pass(pass);
-    lights
 }
 
 /// Declares the grid lights and clears their occupancy.

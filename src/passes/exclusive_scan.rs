@@ -22,11 +22,31 @@ pub struct ScanRange {
     pub values: bool,
 }
 
+impl ScanRange {
+    /// Chunks of words that a block has.
+    fn block_chunk_count(&self) -> u32 {
+        self.word_count.div_ceil(SCAN_CHUNK * SCAN_MAX_BLOCKS).max(1)
+    }
+
+    fn block_count(&self) -> u32 {
+        self.word_count.div_ceil(SCAN_CHUNK * self.block_chunk_count()).max(1)
+    }
+}
+
 /// Adds the two passes, named `exclusive_scan/<what>/...`.
 pub fn add(frame: &mut Frame, what: &str, range: ScanRange) {
-    let block_chunk_count = range.word_count.div_ceil(SCAN_CHUNK * SCAN_MAX_BLOCKS).max(1);
-    let block_count = range.word_count.div_ceil(SCAN_CHUNK * block_chunk_count).max(1);
-    let sums = frame.graph.transient_buffer(&format!("scan_block_sums_{what}"), 4 * u64::from(block_count));
+    let sums = declare_sums(frame, what, range);
+    add_with(frame, what, range, sums);
+}
+
+/// Declares what the two passes hand on, for scans of one range again and again.
+pub fn declare_sums(frame: &mut Frame, what: &str, range: ScanRange) -> BufferHandle {
+    frame.graph.transient_buffer(&format!("scan_block_sums_{what}"), 4 * u64::from(range.block_count()))
+}
+
+/// Adds the two passes with block sums that have been declared.
+pub fn add_with(frame: &mut Frame, what: &str, range: ScanRange, sums: BufferHandle) {
+    let (block_chunk_count, block_count) = (range.block_chunk_count(), range.block_count());
     let push = vec![range.first_word, range.word_count, block_chunk_count];
     let variant = if range.values { "_values" } else { "" };
     let work = |step: &str| ComputeWork {

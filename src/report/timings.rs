@@ -175,7 +175,10 @@ impl RayRates {
     #[must_use]
     pub fn of(times: &RunTimes, rays: RayCounts) -> Self {
         let rate = |pass: &str, rays: u64| {
-            let ms = times.passes.iter().find(|p| p.name == pass)?.ms.median;
+            // Light paths may go in parts: `vpl_trace/1` and so on.
+            let is_part =
+                |name: &str| name.strip_prefix(pass).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+            let ms: f64 = times.passes.iter().filter(|p| is_part(&p.name)).map(|p| p.ms.median).sum();
             (rays > 0 && ms > 0.0).then(|| rays as f64 / ms * 1e3)
         };
         Self {

@@ -16,7 +16,7 @@ use crate::job::Job;
 use crate::passes::compaction::{self, Lights};
 use crate::passes::direct_light::EnvironmentLight;
 use crate::passes::gbuffer::GBuffer;
-use crate::passes::light_shape::LightShape;
+use crate::passes::light_shape::{LightShape, SLOTS_AT_ONCE};
 use crate::passes::{Frame, FrameShape, debug_view, direct_light, vpl_trace};
 use crate::settings::{LightSet, Settings, View};
 use crate::shared::{FrameData, StartCell};
@@ -32,6 +32,9 @@ const LARGE_VPL: f32 = 2.0;
 const FEW_VPLS_PER_PATH: f64 = 1.0 / 16.0;
 /// Room for other seeds than the one the capacities were measured with.
 pub(super) const CAPACITY_MARGIN: f64 = 1.25;
+/// The same for the largest lists of lights that fit the device: the paths of the pilot run tell to about 1 % how many VPLs
+/// others leave.
+const LEAST_MARGIN: f64 = 1.03;
 
 /// Whether a view, or the finished picture, needs the lights S0.
 pub(super) fn needs_lights(view: View) -> bool {
@@ -75,6 +78,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> LightShape {
         starts: None,
         lacks_paths: false,
         bounces: settings.bounces,
+        slots_at_once: SLOTS_AT_ONCE,
         vpl_capacity: 0,
         scene_light_count: scene_lights(job.scene, job.settings),
         shadow_samples: if settings.shadows.is_on() { settings.shadow_samples } else { 0 },
@@ -111,10 +115,17 @@ pub(super) fn write_constants(shape: &LightShape, job: &Job<'_>, data: &mut Fram
     data.large_vpl_luminance = if usual > 0.0 { LARGE_VPL * usual } else { f32::MAX };
 }
 
-/// Adds the passes that trace the light paths and pack what they leave.
+/// Adds the passes that trace the light paths and pack what they leave, part by part.
 pub(super) fn add_lights(frame: &mut Frame, shape: &LightShape) -> Lights {
-    let slots = vpl_trace::add(frame, shape);
-    compaction::pack_lights(frame, shape, &slots)
+    let parts = shape.path_parts();
+    let slots = vpl_trace::declare(frame, shape, &parts);
+    let start_cells = vpl_trace::declare_starts(frame, shape);
+    let packing = compaction::begin_lights(frame, shape, &slots);
+    for part in &parts {
+        vpl_trace::add(frame, part, &slots, start_cells);
+        compaction::pack_part(frame, shape, &slots, &packing, part);
+    }
+    packing.lights
 }
 
 /// Adds the passes of the view `vpls`: the lights as points.
@@ -140,17 +151,23 @@ pub(super) fn measure_paths(job: &Job<'_>, shape: &mut LightShape) -> Result<()>
     let pilot = &lights.positions[..lights.vpl_luminances.len()];
     let vpls_per_path = f64::from(pilot.len().max(1) as u32) / f64::from(shape.path_count);
     let paths = (vpls / vpls_per_path).ceil();
-    // Where few paths hit anything, as many paths as fit must do.
-    if vpls_per_path >= FEW_VPLS_PER_PATH {
+    // Where few paths hit anything, as many must do as have slots in one buffer.
+    let limit = job.gpu.report().limits.storage_range_bytes as f64;
+    let most_paths = if vpls_per_path >= FEW_VPLS_PER_PATH {
+        // Slots are numbered by words, and have a bit each. A light has 16 bytes.
+        let slots = bounces * paths;
+        let bytes = (slots / 8.0).max(slots / f64::from(u32::MAX) * limit);
+        check_fit(job, bytes.max(16.0 * (vpls * LEAST_MARGIN + 1024.0)))?;
+        f64::INFINITY
+    } else {
         // A slot has 16 bytes.
-        check_fit(job, 16.0 * bounces / vpls_per_path * vpls)?;
-    }
-    let slots_that_fit = job.gpu.report().limits.storage_range_bytes as f64 / 16.0;
-    let most_paths = (slots_that_fit / bounces).min(vpls * 64.0);
+        (limit / 16.0 / bounces).min(vpls * 64.0)
+    };
     let pilot_paths = f64::from(shape.path_count);
     shape.lacks_paths = pilot.is_empty() || paths > most_paths;
     shape.path_count = if pilot.is_empty() { 1 } else { paths.min(most_paths) as u32 };
-    shape.vpl_capacity = shape.slot_count().min((vpls * CAPACITY_MARGIN) as u32 + 1024);
+    let most_vpls = (limit / 16.0) as u32 - shape.scene_light_count.min((limit / 32.0) as u32);
+    shape.vpl_capacity = shape.slot_count().min((vpls * CAPACITY_MARGIN) as u32 + 1024).min(most_vpls);
     // As many more lights share a surface as there are more paths.
     let fewer = (pilot_paths / f64::from(shape.path_count)) as f32;
     shape.vpl_radius = disc_radius(pilot) * fewer.sqrt();
@@ -249,7 +266,7 @@ pub(super) const DUMP: &[Entry] = &[
         "vpl_slot_positions",
         METRES_AND_BITS,
         slot_positions,
-        "Positions and normals of the VPLs in the slots that the paths wrote: bounce b of path p is slot p * bounces + b.",
+        "Positions and normals of the VPLs in the slots that the paths wrote: bounce b of path p is slot p * bounces + b. Beyond 8,388,608 slots, a part of the paths at a time, counted from its first.",
     ),
     buffer("vpl_slot_fluxes", "flux", slot_fluxes, "Fluxes of the VPLs in the same slots."),
     noted(buffer("vpl_slot_bits", "bits", all_words, "One bit for each slot, 1 where it holds a VPL.")),
@@ -278,12 +295,13 @@ fn flux_fields() -> Vec<Field> {
     vec![f("flux", &[3]), f("is_vpl", &[])]
 }
 
-/// Records of 16 bytes in path slots, those without a VPL zeroed.
+/// Records of 16 bytes in path slots, those without a VPL zeroed; where parts of the paths share them, as they are.
 fn slots(fields: Vec<Field>, bytes: &[u8], known: &DumpContext<'_>) -> Array {
     let count = bytes.len() / 16;
     let mut array = Array::records(fields, &[count as u64], bytes);
     let bits = known.words("vpl_slot_bits");
-    for slot in 0..count {
+    let are_shared = bits.len() > count.div_ceil(32);
+    for slot in (0..count).filter(|_| !are_shared) {
         if bits.get(slot / 32).is_none_or(|word| word >> (slot % 32) & 1 == 0) {
             array.bytes[16 * slot..16 * (slot + 1)].fill(0);
         }

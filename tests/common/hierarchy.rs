@@ -11,7 +11,7 @@ use gridlight::graph::BufferHandle;
 use gridlight::light_grid::Levels;
 use gridlight::passes::FrameShape;
 use gridlight::passes::lgh_shape::LghShape;
-use gridlight::passes::light_shape::LightShape;
+use gridlight::passes::light_shape::{LightShape, SLOTS_AT_ONCE};
 use gridlight::settings::{
     CenterWeight, FirstLevelBuild, LevelBuild, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
 };
@@ -155,6 +155,7 @@ pub fn shape(options: Options) -> LghShape {
             starts: None,
             lacks_paths: false,
             bounces: 0,
+            slots_at_once: SLOTS_AT_ONCE,
             vpl_capacity: options.light_capacity,
             scene_light_count: 0,
             shadow_samples: 0,

@@ -6,8 +6,8 @@ use super::stage::Stage;
 use crate::Result;
 use crate::app::setup::gpu_options;
 use crate::gpu::{
-    Acquired, FRAMES_IN_FLIGHT, Gpu, Overlay, PanelPainter, PanelPicture, Presented, Surface, Swapchain, Target,
-    WindowSource, WindowTarget, is_srgb,
+    Acquired, FRAMES_IN_FLIGHT, Gpu, Overlay, PanelPainter, PanelPicture, Presented, Renewals, Surface, Swapchain,
+    Target, WindowSource, WindowTarget, is_srgb,
 };
 use crate::passes::present::{Part, WindowFormat};
 use crate::renderer::Show;
@@ -40,6 +40,7 @@ pub struct Presenter {
     /// Shows the panel alone, as long as there is no picture.
     blank: Option<Show>,
     swapchain: Option<Swapchain>,
+    renewals: Renewals,
     format: WindowFormat,
     surface: Surface,
     gpu: Arc<Gpu>,
@@ -55,7 +56,7 @@ impl Presenter {
         let gpu = Arc::clone(surface.gpu());
         let format = window_format(surface.format()?);
         surface.check_mode(settings.window.present_mode)?;
-        Ok(Self { painter: None, blank: None, swapchain: None, format, surface, gpu })
+        Ok(Self { painter: None, blank: None, swapchain: None, renewals: Renewals::default(), format, surface, gpu })
     }
 
     /// The device.
@@ -125,7 +126,8 @@ impl Presenter {
         }
         match swapchain.present(target)? {
             Presented::Shown => {}
-            Presented::Stale => self.swapchain = None,
+            Presented::Suboptimal if !self.renewals.wants(view.window_px) => {}
+            Presented::Suboptimal | Presented::Stale => self.swapchain = None,
             Presented::SurfaceLost => return self.renew_surface(),
         }
         Ok(Outcome::Shown)

@@ -34,6 +34,7 @@ const LIGHTS: LightShape = LightShape {
     starts: None,
     lacks_paths: false,
     bounces: 3,
+    slots_at_once: crate::passes::light_shape::SLOTS_AT_ONCE,
     vpl_capacity: 24,
     scene_light_count: 1,
     shadow_samples: 4,

@@ -14,8 +14,9 @@ use crate::settings::{self, FirstLevelBuild, LevelBuild, LightingMode, Reservoir
 use crate::shared::{GridLight, MOMENT_WORDS};
 use crate::{Error, Result};
 
-/// One thread sums the lights of a cell: beyond so many, threads that add atomically are faster.
-const MOST_SORTED_IN_CELL: u32 = 16_384;
+/// One thread sums the lights of eight cells: beyond so many in one, each light adds itself atomically. The sums are the
+/// same. Eight times as many passes of a loop are what lavapipe allows (docs/porting.md), and more than others are good for.
+const MOST_SORTED_IN_CELL: u32 = 8_000;
 
 /// How lights reach the pixels with these settings.
 fn lighting_mode(settings: &Settings) -> LightingMode {
@@ -91,16 +92,26 @@ pub(super) fn measure(job: &Job<'_>, shape: &mut LghShape) -> Result<()> {
         settings::Levels::Auto => None,
         settings::Levels::Fixed(top) => Some(top),
     };
-    let LevelChoice { levels, s1_count, most_in_cell } = choose_levels(&positions, fixed);
-    let top = levels.top;
-    let upper: u32 = (2..=top).map(|l| choose_levels(&positions, Some(top - l + 1)).s1_count).sum();
-    shape.levels = levels;
-    shape.scatter = scatter_mode(job.settings, most_in_cell);
-    shape.grid_capacity = (f64::from(s1_count + upper) * CAPACITY_MARGIN) as u32 + 1024;
-    shape.upper_capacity = (f64::from(upper) * CAPACITY_MARGIN) as u32 + 1024;
+    let fits = |choice: &LevelChoice| {
+        let mut sized = shape.clone();
+        take_levels(&mut sized, choice);
+        largest_buffer_bytes(&sized) <= job.gpu.report().limits.storage_range_bytes
+            && merge::light_rows(&sized) <= job.gpu.report().limits.image_edge_px
+    };
+    let choice = choose_levels(&positions, fixed, fits);
+    take_levels(shape, &choice);
+    shape.scatter = scatter_mode(job.settings, choice.most_in_cell);
     check_hierarchy(job, shape)?;
-    log::info!("{} lights, {} levels, {s1_count} lights in S1", positions.len(), top);
+    log::info!("{} lights, {} levels, {} lights in S1", positions.len(), choice.levels.top, choice.s1_count);
     Ok(())
+}
+
+/// Takes over levels, with room for their lights.
+fn take_levels(shape: &mut LghShape, choice: &LevelChoice) {
+    let capacity = |count: f64| (count * CAPACITY_MARGIN) as u32 + 1024;
+    shape.levels = choice.levels;
+    shape.grid_capacity = capacity(f64::from(choice.s1_count) + f64::from(choice.upper_count));
+    shape.upper_capacity = capacity(f64::from(choice.upper_count));
 }
 
 /// The first level with shadow rays must be there; where the number of levels is chosen, only now it is known.
@@ -147,13 +158,18 @@ fn check_reservoirs(gpu: &Gpu, shape: &LghShape) -> Result<()> {
     )))
 }
 
-/// The largest buffer of the hierarchy, and the image that holds the merged lights, must fit the device.
-fn check_hierarchy(job: &Job<'_>, shape: &LghShape) -> Result<()> {
+/// Bytes of the largest buffer of the hierarchy.
+fn largest_buffer_bytes(shape: &LghShape) -> u64 {
     let (lights, upper) = (u64::from(shape.grid_capacity), u64::from(shape.upper_capacity));
     let originals = if shape.first_level == 0 { u64::from(shape.lights.light_capacity()) } else { 0 };
     let moments = 4 * u64::from(MOMENT_WORDS) * lights;
     let merged = size_of::<GridLight>() as u64 * (lights + originals);
-    check_fit(job, moments.max(merged).max(descent::TABLE_BYTES * upper) as f64)?;
+    moments.max(merged).max(descent::TABLE_BYTES * upper)
+}
+
+/// The largest buffer of the hierarchy, and the image that holds the merged lights, must fit the device.
+fn check_hierarchy(job: &Job<'_>, shape: &LghShape) -> Result<()> {
+    check_fit(job, largest_buffer_bytes(shape) as f64)?;
     let (rows, limit) = (merge::light_rows(shape), job.gpu.report().limits.image_edge_px);
     if rows <= limit {
         return Ok(());

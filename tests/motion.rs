@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use gridlight::files::pictures::read_exr;
 use gridlight::scene::testing::shared_dir;
 use serde_json::{Value, json};
+#[cfg(feature = "window")]
+use support::xvfb::Xvfb;
 use support::{names, program, quad_glb, run, succeed};
 
 /// What of the scene is carried along x, by a metre a second.
@@ -191,4 +193,29 @@ fn a_fox_walks() {
     render(folder.path(), &fox, "--animation Walk --frames 2 --fps 4 --technique direct", "a-{frame}.exr");
     let [first, last] = ["a-0000.exr", "a-0001.exr"].map(|picture| pixels(folder.path(), picture));
     assert!(differing(&first, &last) > 0.01, "{}", differing(&first, &last));
+}
+
+/// The window goes to a time of the animation, and saves it with the picture.
+#[cfg(feature = "window")]
+#[test]
+fn a_window_goes_to_a_time() {
+    let Some(display) = Xvfb::start(320, 240) else {
+        println!("skipped: there is no Xvfb (Debian: apt install xvfb)");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let moving = scene(folder.path(), Carried::Screen, -1.0);
+    let script = folder.path().join("s.txt");
+    std::fs::write(&script, "at 1 pause\nat 2 time 2\nat 4 render shot\nat 5 quit\n").unwrap();
+    let options = "--validation --size 64x36 --render-scale 1 --technique direct";
+    let mut command = program();
+    display.show(&mut command).current_dir(folder.path()).args(options.split_whitespace());
+    command.arg("--script").arg(&script).arg(&moving);
+    let run = run(command);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    render(folder.path(), &moving, "--technique direct --time 2", "expected.exr");
+    let difference = differing(&pixels(folder.path(), "shot.exr"), &pixels(folder.path(), "expected.exr"));
+    assert!(difference <= 0.002, "{difference}");
+    let saved = gridlight::settings::Settings::read(&folder.path().join("shot.toml")).unwrap();
+    assert_eq!(saved.motion.time_s, 2.0);
 }

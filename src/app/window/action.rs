@@ -52,6 +52,8 @@ pub enum Action {
     SaveSettings(PathBuf),
     /// Load settings.
     LoadSettings(PathBuf),
+    /// Go to this moment of the animation, in seconds.
+    Time(f64),
     /// Stop or resume time.
     Pause,
     /// One step of time, which then stands still.

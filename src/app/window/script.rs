@@ -123,6 +123,10 @@ fn action(name: &str, rest: &str) -> std::result::Result<Action, String> {
             Some(at) if at.iter().all(|v| (0.0..=1.0).contains(v)) => Ok(Action::InspectAt(at)),
             _ => Err(format!("`inspect {rest}` needs two numbers from 0 to 1")),
         },
+        "time" => match rest.parse::<f64>() {
+            Ok(time_s) if time_s.is_finite() => Ok(Action::Time(time_s)),
+            _ => Err(format!("`time {rest}` needs a number of seconds")),
+        },
         "panel" => alone(Action::Panel),
         "pause" => alone(Action::Pause),
         "step" => alone(Action::Step),
@@ -226,6 +230,8 @@ mod tests {
             ("at 1 inspect 0.5", 1, "`inspect 0.5` needs two numbers from 0 to 1"),
             ("at 1 look 3", 1, "`look 3` needs two numbers"),
             ("at 1 drop", 1, "`drop` needs a file"),
+            ("at 1 time later", 1, "`time later` needs a number of seconds"),
+            ("at 1 time inf", 1, "`time inf` needs a number of seconds"),
             ("at 1 set alpha", 1, "`set` needs a setting and a value"),
             ("at 1 quit now", 1, "`quit` takes nothing, not `now`"),
         ];

@@ -194,6 +194,11 @@ impl Stage {
         self.scene.motion.moves().any()
     }
 
+    /// How long the animation lasts, in seconds; `None` where nothing moves.
+    pub fn duration_s(&self) -> Option<f64> {
+        self.moves().then(|| self.scene.motion.duration_s()).filter(|duration_s| *duration_s > 0.0)
+    }
+
     /// Puts the scene where it is at a moment; no frame is under way. Waits for the device, where anything has moved. Whether
     /// lights have.
     ///

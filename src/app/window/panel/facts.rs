@@ -37,6 +37,8 @@ pub struct Facts<'a> {
     pub progress: Progress,
     /// Time stands still.
     pub paused: bool,
+    /// Where in its animation the scene is, and how long that lasts, in seconds; `None` where nothing moves.
+    pub time_s: Option<[f64; 2]>,
     /// Azimuth and elevation of the sun.
     pub sun_deg: Option<[f32; 2]>,
     /// Degrees in a second.

@@ -236,13 +236,14 @@ impl Panel {
                 actions.push(Action::Render(None));
             }
             let pause = if facts.paused { "Resume (Space)" } else { "Pause (Space)" };
-            if ui.button(pause).on_hover_text("Stops time: the sun's rotation, and new frames").clicked() {
+            if ui.button(pause).on_hover_text("Stops time: the animation and the rotation of the sun").clicked() {
                 actions.push(Action::Pause);
             }
             if ui.button("Step (.)").on_hover_text("Advances time by 1/30 second").clicked() {
                 actions.push(Action::Step);
             }
         });
+        time_line(ui, facts, actions);
         sun(ui, facts, actions);
         exposure::show(ui, facts, actions);
         if facts.cameras.len() > 1 {
@@ -332,6 +333,21 @@ fn memory(ui: &mut Ui, facts: &Facts<'_>) {
     if let Some(sentence) = &feedback.complaint {
         ui.colored_label(ERROR, sentence);
     }
+}
+
+/// Where in its animation the scene is.
+fn time_line(ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+    let Some([time_s, duration_s]) = facts.time_s else { return };
+    let before = time_s.rem_euclid(duration_s);
+    let mut new = before;
+    ui.horizontal(|ui| {
+        ui.label("Time").on_hover_text("Time of the animation: drag to go to any moment; it repeats at the end");
+        let slider =
+            egui::Slider::new(&mut new, 0.0..=duration_s).suffix(" s").custom_formatter(|v, _| format!("{v:.2}"));
+        if ui.add(slider).changed() {
+            actions.push(Action::Time(time_s + new - before));
+        }
+    });
 }
 
 /// Where the sun stands, and its own turn.

@@ -80,6 +80,7 @@ impl Session {
                 }
             }
             Action::LoadSettings(path) => self.load_settings(&path)?,
+            Action::Time(time_s) => self.moment_s = time_s,
             Action::Pause => self.clock.paused = !self.clock.paused,
             Action::Step => {
                 self.clock.paused = true;

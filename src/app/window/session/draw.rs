@@ -23,13 +23,15 @@ const PANEL_EVERY_ON_CPU: Duration = Duration::from_millis(100);
 const TITLE_EVERY: Duration = Duration::from_millis(500);
 
 impl Session {
-    /// The settings with the camera where it is now.
+    /// The settings with the camera, the sun and the time as they are now.
     pub(super) fn present_settings(&self) -> Settings {
         let camera = self.camera.setting().or_else(|| self.settings.scene.camera.clone());
         let sun = self.suns.setting();
+        let time_s = if self.scene_moves() { self.moment_s } else { self.settings.motion.time_s };
         self.settings.clone().changed(|s| {
             s.scene.camera = camera;
             s.scene.sun = sun;
+            s.motion.time_s = time_s;
         })
     }
 
@@ -108,6 +110,7 @@ impl Session {
             loading: self.loading.as_ref().map(Loading::progress),
             progress,
             paused: self.clock.paused,
+            time_s: stage.and_then(|stage| Some([self.moment_s, stage.duration_s()?])),
             sun_deg: self.suns.angles_deg(),
             sun_speed: self.sun_speed,
             scale_is_chosen,

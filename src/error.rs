@@ -11,7 +11,7 @@ pub enum Error {
     #[error("{0}")]
     Failure(String),
     /// A file could not be read, understood or written: exit code 1.
-    #[error("{}: {reason}", path.display())]
+    #[error("{}: {reason}", shortened(path.display().to_string()))]
     File {
         /// The file in question.
         path: PathBuf,
@@ -68,10 +68,25 @@ pub const INTERRUPTED_EXIT_CODE: u8 = 130;
 /// Shorthand used throughout the crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// The most characters of a sentence that quotes a file: names in a file may be of any length.
+const LONGEST_SENTENCE: usize = 600;
+
+/// A sentence about a file, its middle left out where it is too long to be read.
+#[must_use]
+pub fn shortened(sentence: String) -> String {
+    let length = sentence.chars().count();
+    if length <= LONGEST_SENTENCE {
+        return sentence;
+    }
+    let half = LONGEST_SENTENCE / 2;
+    let (start, end) = (sentence.chars().take(half), sentence.chars().skip(length - half));
+    start.chain(" ... ".chars()).chain(end).collect()
+}
+
 impl Error {
     /// A [`Error::File`] from anything that can be shown.
     pub fn file(path: impl AsRef<Path>, reason: impl std::fmt::Display) -> Self {
-        Self::File { path: path.as_ref().to_path_buf(), reason: reason.to_string() }
+        Self::File { path: path.as_ref().to_path_buf(), reason: shortened(reason.to_string()) }
     }
 
     /// The process exit code for this error.
@@ -86,5 +101,19 @@ impl Error {
             Self::Interrupted(_) => INTERRUPTED_EXIT_CODE,
             Self::Failure(_) | Self::File { .. } | Self::Vulkan { .. } | Self::Memory { .. } => 1,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_too_long_loses_its_middle() {
+        let long = Error::file("a", format!("begins {} ends", "\u{e9}".repeat(50_000))).to_string();
+        assert!(long.starts_with("a: begins ") && long.contains(" ... ") && long.ends_with(" ends"), "{long}");
+        assert_eq!(long.chars().count(), 3 + LONGEST_SENTENCE + 5);
+        assert_eq!(shortened("short".to_owned()), "short");
+        assert!(Error::file("x/".repeat(5000), "no").to_string().len() < 700);
     }
 }

@@ -1,4 +1,4 @@
-//! Ctrl-C: the first asks the run to stop and keep what it has, the second stops at once.
+//! Signals. Ctrl-C: the first asks the run to stop and keep what it has, the second stops at once.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,6 +19,20 @@ pub fn listen() -> Result<()> {
         }
     };
     ctrlc::set_handler(on_signal).map_err(|error| Error::Failure(format!("cannot listen for Ctrl-C: {error}")))
+}
+
+/// Has a write beyond the limit of a file's size fail like any other, instead of ending the process and leaving what it had
+/// written. Once per process, at its start.
+///
+/// # Errors
+/// [`Error::Failure`] when the system does not let it.
+#[cfg(unix)]
+pub fn outlive_file_limits() -> Result<()> {
+    // Nobody reads the flag: what counts is that the signal is handled.
+    static ARRIVED: AtomicBool = AtomicBool::new(false);
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, &ARRIVED)
+        .map(drop)
+        .map_err(|error| Error::Failure(format!("cannot handle SIGXFSZ: {error}")))
 }
 
 /// What a loop does next: `Break` once the run has been asked to stop.

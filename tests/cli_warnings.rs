@@ -118,3 +118,29 @@ fn lights_without_room_are_told() {
     assert!(numbers.windows(2).any(|pair| pair[0] > 0 && pair[0] + room == pair[1]), "{sentence}");
     assert_eq!(sentence.lines().count(), 1, "{sentence}");
 }
+
+/// Each of these shows nothing, for a reason of its own; the last shows the floor.
+#[test]
+fn pictures_of_nothing_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = under_a_lamp(folder.path(), 1.0, 0.5, &[json!({})]);
+    let said =
+        |scene: &Path, options: &str| render(folder.path(), scene, &format!("--technique direct {options}")).stderr;
+    let camera = |height_deg: f64| format!("--camera 0,2,0,0,{height_deg}");
+    let sees_none = "sees none of the scene's triangles\n";
+    let away = said(&scene, &camera(80.0));
+    assert!(away.starts_with("warn: the picture is black: the camera `0,2,0") && away.ends_with(sees_none), "{away}");
+    let sky = said(&scene, &format!("{} --environment 1,1,1", camera(80.0)));
+    assert!(sky.starts_with("warn: the camera") && sky.ends_with(sees_none), "{sky}");
+    assert_eq!(said(&scene, &camera(-80.0)), "");
+    let dark = folder.path().join("dark.glb");
+    let unlit = quad_glb(|document, _| {
+        document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 0.0}]}});
+        document["nodes"][0]["extensions"] = json!({"KHR_lights_punctual": {"light": 0}});
+    });
+    std::fs::write(&dark, unlit).unwrap();
+    assert_eq!(said(&dark, ""), "warn: the picture is black: no light of the scene shines\n");
+    let below = under_a_lamp(folder.path(), -1.0, 0.5, &[json!({})]);
+    let said = said(&below, &camera(-80.0));
+    assert!(said.contains("no light reaches what the camera") && said.lines().count() == 1, "{said}");
+}

@@ -93,7 +93,7 @@ fn compare_pictures(
         file.commit(&bytes.into_inner())?;
     }
     if !args.quiet {
-        super::say(&table::image_table(&found.metrics, &limits, args.verbose));
+        super::say(&table::image_table(&found.metrics, &limits, args.verbose))?;
     }
     hold(&args.reference, &args.test, &exceeded)
 }
@@ -106,7 +106,7 @@ fn compare_timings(args: &CompareArgs, json: Option<OutputFile>) -> Result<()> {
         commit_json(file, args, timings, &exceeded)?;
     }
     if !args.quiet {
-        super::say(&table::timing_table(&found, args.max_regression, args.verbose));
+        super::say(&table::timing_table(&found, args.max_regression, args.verbose))?;
     }
     hold(&args.reference, &args.test, &exceeded)
 }

@@ -58,7 +58,7 @@ pub fn compare(args: &CompareSequenceArgs) -> Result<()> {
         })?)?;
     }
     if !args.quiet {
-        super::say(&sequence_table(&metrics, &limits, args.verbose));
+        super::say(&sequence_table(&metrics, &limits, args.verbose))?;
     }
     hold(&args.truth, &args.test, &exceeded)
 }

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 pub fn diff(args: &DiffDumpsArgs) -> Result<()> {
     let options = Options { tolerance: args.tolerance, ignore_settings: args.ignore_settings };
     let comparison = compare(&args.a, &args.b, options)?;
-    say(&format!("{}\n\n{}", comparison.table(), comparison.sentence()));
+    say(&format!("{}\n\n{}", comparison.table(), comparison.sentence()))?;
     match comparison.first() {
         None => Ok(()),
         Some(row) => Err(Error::Threshold(format!("the dumps differ, first in pass {}", row.pass))),

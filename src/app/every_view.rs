@@ -51,7 +51,7 @@ pub fn render(each: &[Settings], verbosity: Verbosity) -> Result<()> {
         file.commit_picture(&picture)?;
     }
     if !verbosity.quiet {
-        super::say(&text);
+        super::say(&text)?;
     }
     interrupted.map_or(Ok(()), |sentence| Err(Error::Interrupted(format!("{sentence}; that much is written"))))
 }

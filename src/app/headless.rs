@@ -16,12 +16,12 @@ use crate::renderer::{Fresh, Job, Renderer};
 use crate::report::answer::Answer;
 use crate::report::dump;
 use crate::report::dump::folder::{DumpFolder, DumpTarget};
-use crate::report::inspected;
 use crate::report::machine::{Machine, peak_resident_bytes};
 use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, to_csv};
+use crate::report::{emptiness, inspected};
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{Settings, View};
 use crate::{Error, Result, interrupt};
 
 /// Renders the frames that the settings ask for, writes the outputs and says what was done: in a few lines, with `-v` all
@@ -68,9 +68,15 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
         _ => None,
     };
     let rays = RayRates::of(&times, counts::rays(&renderer)?);
-    if let Some(sentence) = complaint.map_or_else(|| renderer.complaint(), |first| Ok(Some(first)))? {
-        log::warn!("{sentence}");
-    }
+    let complaint = complaint.map_or_else(|| renderer.complaint(), |first| Ok(Some(first)))?;
+    // One reason is enough for a picture that lacks something.
+    let told = match complaint {
+        None if settings.render.view == View::Final => {
+            emptiness::sentence(&scene, camera, settings.picture.size, &renderer.read_radiance()?)
+        }
+        complaint => complaint,
+    };
+    told.iter().for_each(|sentence| log::warn!("{sentence}"));
     let exposure = renderer.read_exposure()?;
     let printed = match verbosity {
         Verbosity { quiet: true, .. } => None,
@@ -108,7 +114,7 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
         file.commit(&bytes)?;
     }
     dump.map_or(Ok(()), DumpFolder::commit)?;
-    printed.into_iter().chain(told).for_each(|text| super::say(&text));
+    printed.into_iter().chain(told).try_for_each(|text| super::say(&text))?;
     interrupted.map_or(Ok(()), |sentence| Err(Error::Interrupted(format!("{sentence}; that much is written"))))
 }
 
@@ -151,8 +157,7 @@ pub fn print_graph(settings: &Settings) -> Result<()> {
     let camera = &find_camera(&scene, settings.scene.camera.as_deref())?;
     let uploaded = upload(&gpu, &scene, settings, &Progress::hidden())?;
     let renderer = Renderer::new(&Job::new(&gpu, &uploaded, camera, settings))?;
-    super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()));
-    Ok(())
+    super::say(&to_dot(renderer.executor().graph(), renderer.executor().plan()))
 }
 
 /// Renders a frame into a dump that has no name yet: the last of a mean, else one more like the last. Pictures are of

@@ -35,6 +35,5 @@ pub fn list() -> Result<()> {
             limits.subgroup_size
         );
     }
-    say(&text);
-    Ok(())
+    say(&text)
 }

@@ -18,15 +18,16 @@ mod setup;
 pub mod window;
 
 use std::ffi::OsString;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
 use log::LevelFilter;
 
-use crate::Result;
 use crate::cli::{self, Command, Verbosity};
+use crate::files::guard::hide_guarded_panics;
 use crate::settings::Settings;
+use crate::{Error, Result, interrupt};
 
 /// Runs the program on a command line, program name first.
 pub fn run<I>(args: I) -> ExitCode
@@ -34,11 +35,16 @@ where
     I: IntoIterator,
     I::Item: Into<OsString> + Clone,
 {
+    hide_guarded_panics();
+    #[cfg(unix)]
+    if let Err(error) = interrupt::outlive_file_limits() {
+        log::debug!("{error}");
+    }
     match cli::parse(args).and_then(execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // A run that was stopped and kept what it had is no failure.
-            let kind = if matches!(error, crate::Error::Interrupted(_)) { "" } else { "error: " };
+            let kind = if matches!(error, Error::Interrupted(_)) { "" } else { "error: " };
             let _ = writeln!(std::io::stderr(), "{kind}{}", one_line(&error.to_string()));
             ExitCode::from(error.exit_code())
         }
@@ -47,10 +53,7 @@ where
 
 fn execute(command: Command) -> Result<()> {
     match command {
-        Command::Show(text) => {
-            say(&text);
-            Ok(())
-        }
+        Command::Show(text) => say(&text),
         Command::Compare(args) => compare::compare(&args),
         Command::CompareSequence(args) => compare_sequence::compare(&args),
         Command::DiffDumps(args) => diff_dumps::diff(&args),
@@ -94,17 +97,24 @@ fn open_window(settings: Settings, script: Option<&Path>) -> Result<()> {
 
 #[cfg(not(feature = "window"))]
 fn open_window(_: Settings, _: Option<&Path>) -> Result<()> {
-    Err(crate::Error::Usage(
+    Err(Error::Usage(
         "this build has no window: `cargo build --release` makes one that has; --headless renders without".to_owned(),
     ))
 }
 
 /// Prints on stdout. A reader that has gone away is no failure.
-pub fn say(text: &str) {
+///
+/// # Errors
+/// [`Error::Failure`] for anything else, such as a full disk.
+pub fn say(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
-    let _ = stdout.write_all(text.trim_end().as_bytes());
-    let _ = stdout.write_all(b"\n");
-    let _ = stdout.flush();
+    let written = writeln!(stdout, "{}", text.trim_end()).and_then(|()| stdout.flush());
+    match written {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::Failure(format!("stdout cannot be written: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Names from files and messages from drivers may hold line breaks; an error is one line whatever they hold.

@@ -70,7 +70,7 @@ pub fn selftest(args: &SelftestArgs) -> Result<()> {
         let bytes = found.to_json()?;
         return output.map_or(Ok(()), |file| file.commit(&bytes));
     };
-    say(&format!("{}\nagainst the record of {}\n\n{}", found.made_by, recorded.made_by, card.table()));
+    say(&format!("{}\nagainst the record of {}\n\n{}", found.made_by, recorded.made_by, card.table()))?;
     card.complaint().map_or(Ok(()), |sentence| Err(Error::Threshold(sentence)))
 }
 

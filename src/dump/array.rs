@@ -6,6 +6,7 @@ use std::path::Path;
 use npyz::{DType, NpyHeader, Order, WriteOptions, WriterBuilder};
 use serde_json::{Value, json};
 
+use crate::files::read_whole;
 use crate::shared::{FieldInfo, FieldKind, StructInfo};
 use crate::{Error, Result};
 
@@ -171,14 +172,15 @@ impl Array {
     /// # Errors
     /// [`Error::File`] when it cannot be read, is something else, or is cut short.
     pub fn read(path: &Path) -> Result<Self> {
-        let whole = std::fs::read(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        let whole =
+            read_whole(path, || false).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
         let mut rest = whole.as_slice();
         let header = NpyHeader::from_reader(&mut rest)
             .map_err(|error| Error::file(path, format!("is not a .npy file: {error}")))?;
         let fields = fields(&header.dtype())
             .filter(|_| header.order() == Order::C)
             .ok_or_else(|| Error::file(path, format!("holds {}, which no dump has", header.dtype().descr())))?;
-        let element: u64 = fields.iter().map(|f| f.bytes() as u64).sum();
+        let element = fields.iter().fold(0_u64, |sum, field| sum.saturating_add(field.bytes() as u64));
         let wanted = header.shape().iter().fold(element, |size, count| size.saturating_mul(*count));
         if element == 0 || rest.len() as u64 != wanted {
             let sentence = format!("is damaged: it holds {} bytes of numbers instead of {wanted}", rest.len());
@@ -250,6 +252,16 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &whole[..whole.len() - 3]).unwrap();
         assert!(Array::read(&path).unwrap_err().to_string().ends_with("it holds 13 bytes of numbers instead of 16"));
+        // Fields whose sizes add up to more than there is: the sum must not come round to four bytes.
+        let half = format!("({},)", 1_u64 << 61);
+        let head = format!(
+            "{{'descr': [('a', '<f4', {half}), ('b', '<f4', {half}), ('c', '<f4')], \
+                            'fortran_order': False, 'shape': (1,), }}\n"
+        );
+        let whole = [b"\x93NUMPY\x01\0", &(head.len() as u16).to_le_bytes()[..], head.as_bytes(), &[0; 4]].concat();
+        std::fs::write(&path, whole).unwrap();
+        let refused = Array::read(&path).unwrap_err().to_string();
+        assert!(refused.contains("instead of 18446744073709551615"), "{refused}");
         std::fs::write(&path, "no array").unwrap();
         assert!(Array::read(&path).unwrap_err().to_string().contains("is not a .npy file"));
         std::fs::remove_file(&path).unwrap();

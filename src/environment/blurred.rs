@@ -96,7 +96,7 @@ fn resized(environment: &Environment, directions: &[Vec3]) -> Vec<DVec3> {
         let (x, y) = (i % width as usize, i / width as usize);
         image.add(x, y, Vec3::from_array(*radiance).as_dvec3());
     }
-    image.texels
+    image.into_texels()
 }
 
 #[cfg(test)]

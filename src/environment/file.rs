@@ -11,6 +11,8 @@ use image::codecs::hdr::HdrDecoder;
 use super::Environment;
 use super::resample::Resampled;
 use crate::files::exr_texels::{Texels, read_texels};
+use crate::files::guard::{could_hold, guarded};
+use crate::files::open_regular;
 use crate::{Error, Result};
 
 /// Larger images are averaged down to this, along each edge for itself: its texels are a sixth as wide as the
@@ -18,6 +20,8 @@ use crate::{Error, Result};
 pub const MOST_TEXELS: [u32; 2] = [4096, 2048];
 /// The longest edge of a file.
 const LONGEST_EDGE: u32 = 65_536;
+/// The most texels of a Radiance file, which is decoded as a whole: 3 GiB of them.
+const MOST_RADIANCE_TEXELS: u64 = 1 << 28;
 
 /// Reads an equirectangular image: `.hdr` as Radiance RGBE, all else as OpenEXR. What is NaN, infinite or negative
 /// counts as 0, and a warning says how much that was.
@@ -25,7 +29,7 @@ const LONGEST_EDGE: u32 = 65_536;
 /// # Errors
 /// [`Error::File`] when it cannot be read or is no such image.
 pub fn read(path: &Path) -> Result<Environment> {
-    let file = File::open(path).map_err(|error| unreadable(path, error))?;
+    let file = open_regular(path).map_err(|error| unreadable(path, error))?;
     let is_radiance = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("hdr"));
     let image = if is_radiance { read_radiance(path, file) } else { read_exr(path, file) }?;
     if image.size_used != image.size {
@@ -68,7 +72,7 @@ impl Canvas {
     }
 
     fn into_environment(self) -> Environment {
-        let radiance = self.image.texels.iter().map(|texel| texel.as_vec3().to_array()).collect();
+        let radiance = self.image.into_texels().iter().map(|texel| texel.as_vec3().to_array()).collect();
         Environment { size: self.size_used, radiance, suns: Vec::new() }
     }
 }
@@ -92,25 +96,35 @@ fn size_fault([width, height]: [u32; 2]) -> Option<String> {
         .then(|| format!("its size is {width}x{height}, and edges must be from 1 to {LONGEST_EDGE}"))
 }
 
-fn read_radiance(path: &Path, mut file: File) -> Result<Canvas> {
+fn read_radiance(path: &Path, file: File) -> Result<Canvas> {
+    guarded(|| decode_radiance(file)).map_err(|reason| unreadable(path, reason))
+}
+
+fn decode_radiance(mut file: File) -> std::result::Result<Canvas, String> {
+    let told = |error: &dyn std::fmt::Display| error.to_string();
     let mut start = [0; 2];
     let known = file.read_exact(&mut start).is_ok() && start == *b"#?";
     if !known || file.rewind().is_err() {
-        return Err(unreadable(path, "it is not a Radiance RGBE image"));
+        return Err("it is not a Radiance RGBE image".to_owned());
     }
+    let file_bytes = file.metadata().map_err(|error| told(&error))?.len();
     // The strict reader takes one of the two usual first lines alone.
-    let decoder = HdrDecoder::new_nonstrict(BufReader::new(file)).map_err(|error| unreadable(path, error))?;
+    let decoder = HdrDecoder::new_nonstrict(BufReader::new(file)).map_err(|error| told(&error))?;
     let meta = decoder.metadata();
     let size = [meta.width, meta.height];
     if let Some(fault) = size_fault(size) {
-        return Err(unreadable(path, fault));
+        return Err(fault);
+    }
+    let [wide, high] = size.map(u64::from);
+    if wide * high > MOST_RADIANCE_TEXELS {
+        return Err(format!("its size is {wide}x{high}, and {MOST_RADIANCE_TEXELS} texels are the most that are read"));
+    }
+    if !could_hold(file_bytes, 4 * wide * high) {
+        return Err(format!("it cannot have the {wide}x{high} texels that it announces in {file_bytes} bytes"));
     }
     let mut canvas = Canvas::of_size(size);
-    let mut bytes = Vec::new();
-    let length = usize::try_from(decoder.total_bytes()).map_err(|error| unreadable(path, error))?;
-    bytes.try_reserve_exact(length).map_err(|error| unreadable(path, error))?;
-    bytes.resize(length, 0);
-    decoder.read_image(&mut bytes).map_err(|error| unreadable(path, error))?;
+    let mut bytes = vec![0; usize::try_from(decoder.total_bytes()).map_err(|error| told(&error))?];
+    decoder.read_image(&mut bytes).map_err(|error| told(&error))?;
     // The file says by what the values were multiplied.
     let exposure = meta.exposure.filter(|exposure| exposure.is_finite() && *exposure > 0.0).unwrap_or(1.0);
     let value = |bytes: &[u8]| f32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) / exposure;

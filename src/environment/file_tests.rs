@@ -170,3 +170,18 @@ fn values_that_are_no_radiance_count_as_zero() {
     assert_reads(&file, &expected);
     assert_eq!(read_exr(&file, File::open(&file).unwrap()).unwrap().unusable, 4);
 }
+
+#[test]
+fn sizes_that_a_file_cannot_have_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = path(&folder, "a.hdr");
+    for (size, reason) in [
+        ("-Y 60000 +X 60000", "268435456 texels are the most"),
+        ("-Y 9000 +X 9000", "it cannot have the 9000x9000 texels"),
+        ("-Y 0 +X 3", "its size is 3x0"),
+    ] {
+        std::fs::write(&path, format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n1234")).unwrap();
+        let refused = read(&path).err().unwrap().to_string();
+        assert!(refused.contains(reason), "{refused}");
+    }
+}

@@ -12,8 +12,9 @@ pub struct Resampled<T> {
     columns: Shares,
     rows: Shares,
     width: usize,
-    /// The image, row by row; complete when every texel of the other has been added.
-    pub texels: Vec<T>,
+    height: usize,
+    /// The image, row by row; empty before the first texel.
+    texels: Vec<T>,
 }
 
 impl<T: Copy + Default + AddAssign + Mul<f64, Output = T>> Resampled<T> {
@@ -23,16 +24,25 @@ impl<T: Copy + Default + AddAssign + Mul<f64, Output = T>> Resampled<T> {
         let columns = shares(from[0] as usize, width, |at| at);
         // Solid angle grows with the height of the direction.
         let rows = shares(from[1] as usize, height, |at| -(PI * at).cos());
-        Self { columns, rows, width, texels: vec![T::default(); width * height] }
+        Self { columns, rows, width, height, texels: Vec::new() }
     }
 
     /// Adds a texel of the other image.
     pub fn add(&mut self, x: usize, y: usize, value: T) {
+        if self.texels.is_empty() {
+            self.texels.resize(self.width * self.height, T::default());
+        }
         for (row, high) in &self.rows[y] {
             for (column, wide) in &self.columns[x] {
                 self.texels[row * self.width + column] += value * (high * wide);
             }
         }
+    }
+
+    /// The image, row by row; complete when every texel of the other has been added.
+    pub fn into_texels(mut self) -> Vec<T> {
+        self.texels.resize(self.width * self.height, T::default());
+        self.texels
     }
 }
 
@@ -64,7 +74,7 @@ mod tests {
         for y in 0..from[1] {
             (0..from[0]).for_each(|x| image.add(x as usize, y as usize, value(x, y)));
         }
-        image.texels
+        image.into_texels()
     }
 
     fn power(size: [u32; 2], texels: &[f64]) -> f64 {

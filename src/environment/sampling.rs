@@ -153,7 +153,7 @@ fn cell_means(environment: &Environment, size: [u32; 2]) -> Vec<f64> {
         let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
         (0..width).for_each(|x| cells.add(x, y, spread(along(above, x), along(y, x), along(below, x))));
     }
-    cells.texels
+    cells.into_texels()
 }
 
 #[cfg(test)]

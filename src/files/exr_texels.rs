@@ -8,14 +8,34 @@ use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::traits::*;
 
+use super::guard::{could_hold, guarded};
+
 /// Takes the texels of an image one by one, in any order.
 pub trait Texels: 'static {
     /// Whether a single channel of any name, such as depth, is a picture too.
     const ANY_CHANNEL: bool;
-    /// For an image of this width and height, in which all is black.
+    /// For an image of this width and height, in which all is black. It should take no memory before the first texel.
     fn new(size: [u32; 2]) -> Self;
     /// A texel within the image.
     fn put(&mut self, at: [usize; 2], color: [f32; 3]);
+}
+
+/// The most pixels of a display window, in those of the data window, whose data are not read twice.
+const ROOM: usize = 4;
+/// And the most whatever the data window.
+const SMALL: usize = 1 << 20;
+
+/// Takes no texels: for a file that is read to see whether it can be.
+struct Nothing;
+
+impl Texels for Nothing {
+    const ANY_CHANNEL: bool = true;
+
+    fn new(_: [u32; 2]) -> Self {
+        Self
+    }
+
+    fn put(&mut self, _: [usize; 2], _: [f32; 3]) {}
 }
 
 /// The channels that say what the colour is.
@@ -28,20 +48,45 @@ enum Colors {
 ///
 /// # Errors
 /// What is wrong, as a sentence about the file.
-pub fn read_texels<T: Texels>(mut file: File, check: impl Fn([u32; 2]) -> Result<(), String>) -> Result<T, String> {
-    let meta = MetaData::read_from_buffered(BufReader::new(&file), false).map_err(|e| e.to_string())?;
+pub fn read_texels<T: Texels>(file: File, check: impl Fn([u32; 2]) -> Result<(), String>) -> Result<T, String> {
+    guarded(|| read(file, check))
+}
+
+/// What a file says of itself, which it may hold in its bytes; the file is at its beginning again.
+///
+/// # Errors
+/// What is wrong, as a sentence about the file.
+pub fn read_meta(file: &mut File) -> Result<MetaData, String> {
+    let meta = MetaData::read_from_buffered(BufReader::new(&*file), false).map_err(|e| e.to_string())?;
+    check_stored(&meta.headers, file.metadata().map_err(|e| e.to_string())?.len())?;
+    file.rewind().map_err(|e| e.to_string())?;
+    Ok(meta)
+}
+
+fn read<T: Texels>(mut file: File, check: impl Fn([u32; 2]) -> Result<(), String>) -> Result<T, String> {
+    let meta = read_meta(&mut file)?;
     let (header, colors) = find_colors(&meta.headers, T::ANY_CHANNEL)?;
     let display = header.shared_attributes.display_window;
     let size = [display.size.0, display.size.1].map(|edge| u32::try_from(edge).unwrap_or(u32::MAX));
     let offset = header.own_attributes.layer_position - display.position;
     check(size)?;
+    let [shown, stored] = [display.size, header.layer_size].map(|size| size.0.saturating_mul(size.1));
+    if shown > ROOM.saturating_mul(stored).max(SMALL) {
+        // Little is stored and much asked for: first it is seen whether the little is whole.
+        collect::<Nothing>(file.try_clone().map_err(|e| e.to_string())?, &colors, size, offset)?;
+        file.rewind().map_err(|e| e.to_string())?;
+    }
+    collect(file, &colors, size, offset)
+}
+
+/// Reads the texels that lie within a picture of this size, into which the data are moved by `offset`.
+fn collect<T: Texels>(file: File, colors: &Colors, size: [u32; 2], offset: Vec2<i32>) -> Result<T, String> {
     let put = move |texels: &mut T, at: Vec2<usize>, color: [f32; 3]| {
         let at = [at.0 as i64 + i64::from(offset.0), at.1 as i64 + i64::from(offset.1)];
         if (0..i64::from(size[0])).contains(&at[0]) && (0..i64::from(size[1])).contains(&at[1]) {
             texels.put(at.map(|c| c as usize), color);
         }
     };
-    file.rewind().map_err(|e| e.to_string())?;
     let (buffered, levels) = (BufReader::new(file), exr::prelude::read().no_deep_data().largest_resolution_level());
     let texels = match colors {
         Colors::Rgb([r, g, b]) => levels
@@ -67,6 +112,18 @@ pub fn read_texels<T: Texels>(mut file: File, check: impl Fn([u32; 2]) -> Result
             .map(|image| image.layer_data.channel_data.pixels),
     };
     texels.map_err(|e| e.to_string())
+}
+
+/// Whether the file may have what its parts announce: at least two bytes for each number.
+fn check_stored(headers: &[Header], file_bytes: u64) -> Result<(), String> {
+    for header in headers {
+        let [width, height] = [header.layer_size.0, header.layer_size.1].map(|edge| edge as u64);
+        let numbers = width.saturating_mul(height).saturating_mul(header.channels.list.len() as u64);
+        if !could_hold(file_bytes, numbers.saturating_mul(2)) {
+            return Err(format!("it cannot have the {width}x{height} pixels that it announces in {file_bytes} bytes"));
+        }
+    }
+    Ok(())
 }
 
 /// The first part of the file that has red, green and blue, else the first that has luminance, else where

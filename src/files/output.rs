@@ -70,8 +70,12 @@ impl OutputFile {
         })?;
         // A link is followed, so that the rename replaces what it points to.
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        if let Ok(existing) = fs::metadata(&target) {
-            check_existing(path, &existing)?;
+        match fs::metadata(&target) {
+            Ok(existing) => check_existing(path, &target, &existing)?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            // Such as a name that is too long, which a temporary file would not show.
+            Err(error) if error.kind() != io::ErrorKind::NotADirectory => return Err(unwritable(path, &error)),
+            Err(_) => {}
         }
         check_folder(path, folder(&target))?;
         drop(temporary(&target).map_err(|error| unwritable(path, &error))?);
@@ -106,10 +110,13 @@ impl OutputFile {
 }
 
 fn unwritable(path: &Path, error: &io::Error) -> Error {
-    Error::file(path, format!("cannot be written: {error}"))
+    // What went wrong with a temporary file, without its name.
+    let cause = error.get_ref().and_then(|inner| inner.source());
+    let reason = cause.map_or_else(|| error.to_string(), ToString::to_string);
+    Error::file(path, format!("cannot be written: {reason}"))
 }
 
-fn check_existing(path: &Path, existing: &fs::Metadata) -> Result<()> {
+fn check_existing(path: &Path, target: &Path, existing: &fs::Metadata) -> Result<()> {
     if existing.is_dir() {
         return Err(Error::file(path, "cannot be written: it is a folder"));
     }
@@ -119,7 +126,8 @@ fn check_existing(path: &Path, existing: &fs::Metadata) -> Result<()> {
     if existing.permissions().readonly() {
         return Err(Error::file(path, "cannot be written: the file exists and is read-only"));
     }
-    Ok(())
+    // What forbids it besides the permission bits, such as an attribute; nothing is written.
+    fs::OpenOptions::new().write(true).open(target).map(drop).map_err(|error| unwritable(path, &error))
 }
 
 fn check_folder(path: &Path, folder: &Path) -> Result<()> {

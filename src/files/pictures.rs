@@ -1,6 +1,5 @@
 //! Pictures as files: OpenEXR for linear radiance, PNG for looking at. Row 0 is at the top.
 
-use std::fs::File;
 use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
@@ -8,10 +7,11 @@ use exr::image::SpecificChannels;
 use exr::image::write::WritableImage;
 use exr::math::Vec2;
 use exr::meta::attribute::Text;
-use image::{ImageFormat, ImageReader};
+use image::ImageFormat;
 
 use super::exr_texels::{Texels, read_texels};
-use super::{FileKind, OutputFile};
+use super::guard::decode_image;
+use super::{FileKind, OutputFile, open_regular, read_whole};
 use crate::{Error, Result};
 
 /// A finished picture in both forms.
@@ -68,7 +68,7 @@ pub fn write_png(writer: impl Write, width: u32, height: u32, rgb: &[u8], note: 
 /// [`Error::File`] when it cannot be read or understood.
 pub fn read_exr(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<f32>)> {
     let path = path.as_ref();
-    let file = File::open(path).map_err(|error| Error::file(path, error))?;
+    let file = open_regular(path).map_err(|error| Error::file(path, error))?;
     let picture: Rgb = read_texels(file, |[width, height]| {
         let count = u64::from(width) * u64::from(height);
         if (1..=MAX_TEXELS).contains(&count) {
@@ -77,7 +77,9 @@ pub fn read_exr(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<f32>)> {
         Err(format!("its size is {width}x{height}, and {MAX_TEXELS} pixels are the most that are read"))
     })
     .map_err(|reason| Error::file(path, reason))?;
-    Ok((picture.width, picture.height, picture.values))
+    let Rgb { width, height, mut values } = picture;
+    values.resize(3 * width as usize * height as usize, 0.0);
+    Ok((width, height, values))
 }
 
 /// The most pixels of an OpenEXR file.
@@ -87,6 +89,7 @@ const MAX_TEXELS: u64 = 1 << 28;
 struct Rgb {
     width: u32,
     height: u32,
+    /// Empty before the first texel: a file that has none may be of any size.
     values: Vec<f32>,
 }
 
@@ -94,10 +97,13 @@ impl Texels for Rgb {
     const ANY_CHANNEL: bool = true;
 
     fn new([width, height]: [u32; 2]) -> Self {
-        Self { width, height, values: vec![0.0; 3 * width as usize * height as usize] }
+        Self { width, height, values: Vec::new() }
     }
 
     fn put(&mut self, [x, y]: [usize; 2], color: [f32; 3]) {
+        if self.values.is_empty() {
+            self.values = vec![0.0; 3 * self.width as usize * self.height as usize];
+        }
         let first = 3 * (y * self.width as usize + x);
         self.values[first..first + 3].copy_from_slice(&color);
     }
@@ -109,9 +115,8 @@ impl Texels for Rgb {
 /// [`Error::File`] when it cannot be read or understood.
 pub fn read_png(path: impl AsRef<Path>) -> Result<(u32, u32, Vec<u8>)> {
     let path = path.as_ref();
-    let mut reader = ImageReader::open(path).map_err(|error| Error::file(path, error))?;
-    reader.set_format(ImageFormat::Png);
-    let rgb = reader.decode().map_err(|error| Error::file(path, error))?.into_rgb8();
+    let bytes = read_whole(path, || false).map_err(|error| Error::file(path, error))?;
+    let rgb = decode_image(&bytes, ImageFormat::Png).map_err(|error| Error::file(path, error))?.into_rgb8();
     Ok((rgb.width(), rgb.height(), rgb.into_raw()))
 }
 
@@ -248,6 +253,53 @@ mod tests {
             png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();
         assert_eq!(reader.info().utf8_text[0].get_text().unwrap(), "made h\u{e9}re");
         assert_eq!(read_png(&path).unwrap(), (4, 2, rgb));
+    }
+
+    /// A small part of a large picture is read; where it is damaged nothing of that size is made.
+    #[test]
+    fn a_small_part_of_a_large_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let mut small = exr(8, 8, &[0.5; 192]);
+        let display = (0..small.len() - 16).rfind(|at| small[*at..].starts_with(b"displayWindow\0")).unwrap();
+        small[display + 32..display + 36].copy_from_slice(&200_000_u32.to_le_bytes());
+        std::fs::write(&path, &small).unwrap();
+        let (width, height, rgb) = read_exr(&path).unwrap();
+        assert_eq!((width, height, rgb[0], rgb[21], rgb[24]), (200_001, 8, 0.5, 0.5, 0.0));
+        small.truncate(small.len() - 3);
+        std::fs::write(&path, &small).unwrap();
+        assert!(read_exr(&path).is_err());
+    }
+
+    /// Few bytes that announce much are refused before there is room for it.
+    #[test]
+    fn sizes_that_a_file_cannot_have_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let mut small = exr(8, 8, &[0.5; 192]);
+        // Data window and display window: 8x8 becomes 16001x16001.
+        let window = [0_u32, 0, 7, 7].map(u32::to_le_bytes).concat();
+        let places: Vec<usize> = (0..small.len() - 16).filter(|at| small[*at..at + 16] == window).collect();
+        assert_eq!(places.len(), 2);
+        for at in places {
+            small[at + 8..at + 16].copy_from_slice(&[16_000_u32, 16_000].map(u32::to_le_bytes).concat());
+        }
+        std::fs::write(&path, small).unwrap();
+        let refused = read_exr(&path).unwrap_err().to_string();
+        assert!(refused.contains("it cannot have the 16001x16001 pixels"), "{refused}");
+        let path = folder.path().join("a.png");
+        let mut png = Vec::new();
+        write_png(&mut png, 2, 2, &[9; 12], "").unwrap();
+        png[16..24].copy_from_slice(&[16_000_u32, 16_000].map(u32::to_be_bytes).concat());
+        let (header, sum) = (&png[12..29], png[29..33].to_vec());
+        let right = !header.iter().fold(u32::MAX, |sum, byte| {
+            (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 * (sum & 1)))
+        });
+        assert_ne!(sum, right.to_be_bytes());
+        png[29..33].copy_from_slice(&right.to_be_bytes());
+        std::fs::write(&path, png).unwrap();
+        let refused = read_png(&path).unwrap_err().to_string();
+        assert!(refused.contains("it cannot have the 16000x16000 pixels"), "{refused}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub mod answer;
 pub mod dump;
+pub mod emptiness;
 pub mod error_report;
 pub mod inspected;
 pub mod machine;

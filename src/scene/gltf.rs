@@ -3,6 +3,7 @@
 //! The file is not trusted: whatever is in it, the outcome is a scene or an error that names the fault.
 
 use std::ffi::OsStr;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
@@ -15,7 +16,8 @@ use super::gltf_mesh::{Geometry, is_lost};
 use super::gltf_nodes::{Found, default_sun, walk};
 use super::motion::Motion;
 use super::{Aabb, Draw, Light, LitBy, Material, Scene, Vertex};
-use crate::{Error, Result};
+use crate::files::read_whole;
+use crate::{Error, Result, interrupt};
 
 /// Loads a scene from a file. `progress` hears a stage (`buffers`, `meshes`, `textures`), the steps done and their number.
 ///
@@ -23,7 +25,10 @@ use crate::{Error, Result};
 /// [`Error::File`] for everything that is wrong with the file or with those it refers to.
 pub fn load(path: &Path, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
     check_file(path)?;
-    let bytes = std::fs::read(path).map_err(|e| unreadable(path, &e))?;
+    let bytes = read_whole(path, interrupt::requested).map_err(|error| match error.kind() {
+        ErrorKind::Interrupted => Error::Interrupted(format!("interrupted while {} was read", path.display())),
+        _ => unreadable(path, &error),
+    })?;
     let base = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let name = path.file_stem().map_or_else(|| "scene".into(), OsStr::to_string_lossy);
     let document = Document::parse(path, Some(base), &bytes, progress)?;

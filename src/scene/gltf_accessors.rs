@@ -9,8 +9,12 @@ use ::gltf::json::{Index, accessor::sparse::Sparse};
 use super::gltf_buffers::Document;
 use crate::Result;
 
-/// The most elements an accessor without bytes of its own (all zeros, perhaps sparse) may announce.
-const MAX_IMPLICIT_COUNT: u64 = 1 << 24;
+/// The most elements an accessor without bytes of its own (all zeros, perhaps sparse) may announce, unless there are as
+/// many bytes in the file's buffers: where that many vertices are zero, others are not.
+const MAX_IMPLICIT_COUNT: u64 = 1 << 16;
+
+/// The most numbers that animations, skins and morph targets may have together, read anew wherever one is named.
+const MAX_MOVING_NUMBERS: u64 = 1 << 28;
 
 /// One accessor, packed.
 struct Packed<'a> {
@@ -51,6 +55,17 @@ impl Document<'_> {
         };
         let element = |bytes: &[u8]| std::array::from_fn(|c| value(&bytes[c * size..(c + 1) * size]));
         Ok(packed.bytes.chunks_exact(N * size).map(element).collect())
+    }
+
+    /// [`Self::read_floats`] for what moves: many animations may name the same numbers, so their sum has a bound.
+    pub fn read_moving<const N: usize>(&self, what: &str, index: Index<Accessor>) -> Result<Vec<[f32; N]>> {
+        let numbers = self.accessor_count(index)?.saturating_mul(N as u64);
+        self.moving_numbers.set(self.moving_numbers.get().saturating_add(numbers));
+        if self.moving_numbers.get() > MAX_MOVING_NUMBERS {
+            let reason = "the scene's animations, skins and morph targets have more than";
+            return Err(self.error(format_args!("{reason} {MAX_MOVING_NUMBERS} numbers")));
+        }
+        self.read_floats(what, index)
     }
 
     /// An accessor of four joints per vertex.
@@ -114,7 +129,7 @@ impl Document<'_> {
         let mut bytes = if let Some(view) = accessor.buffer_view {
             let (view, stride) = self.view(&what, view)?;
             self.elements(&what, view, accessor.byte_offset.unwrap_or_default().0, count, size, stride)?
-        } else if count <= MAX_IMPLICIT_COUNT {
+        } else if count <= MAX_IMPLICIT_COUNT.max(self.buffer_bytes()) {
             Cow::Owned(vec![0; count as usize * size])
         } else {
             return Err(self.error(format_args!("{what} announces {count} elements without a buffer view")));

@@ -1,7 +1,7 @@
 //! The bytes behind a glTF: external files, data URIs and buffer views, all ranges checked.
 
 use std::borrow::Cow;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -30,6 +30,8 @@ pub(super) struct Document<'a> {
     ignored: RefCell<Vec<String>>,
     /// What is wrong with the file and was read as it is meant, each kind once.
     mended: RefCell<Vec<&'static str>>,
+    /// Numbers of animations, skins and morph targets that have been read.
+    pub moving_numbers: Cell<u64>,
 }
 
 impl<'a> Document<'a> {
@@ -42,9 +44,16 @@ impl<'a> Document<'a> {
     ) -> Result<Self> {
         let gltf_glb::Parts { text, chunk, faults } = gltf_glb::split(path, bytes)?;
         let (root, pointers) = gltf_json::parse(path, text)?;
-        let (path, buffers) = (path.to_path_buf(), Vec::new());
-        let (ignored, mended) = (RefCell::default(), RefCell::default());
-        let mut document = Self { path, base, root, pointers, buffers, ignored, mended };
+        let mut document = Self {
+            path: path.to_path_buf(),
+            base,
+            root,
+            pointers,
+            buffers: Vec::new(),
+            ignored: RefCell::default(),
+            mended: RefCell::default(),
+            moving_numbers: Cell::default(),
+        };
         faults.into_iter().for_each(|fault| document.mend(fault));
         let total = document.root.buffers.len() as u64;
         for i in 0..document.root.buffers.len() {
@@ -161,6 +170,11 @@ impl<'a> Document<'a> {
             Err(e) => Err(e.to_string()),
         };
         read.map_err(|why| self.error(format_args!("{what}, the file `{name}`, cannot be read: {why}")))
+    }
+
+    /// Bytes of all buffers together.
+    pub fn buffer_bytes(&self) -> u64 {
+        self.buffers.iter().map(|buffer| buffer.len() as u64).sum()
     }
 
     /// The bytes of a buffer view, its stride, and a check that both lie inside the buffer.

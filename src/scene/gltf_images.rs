@@ -1,22 +1,16 @@
 //! Images of glTF files, decoded to RGBA8.
 
-use std::io::Cursor;
-
-use image::{ImageFormat, ImageReader, Limits};
+use image::ImageFormat;
 use image_dds::ddsfile::Dds;
 use image_dds::{ImageFormat as DdsFormat, Surface};
 
 use super::Texture;
-
-/// The largest width and height of an image.
-const MAX_IMAGE_SIZE: u32 = 16_384;
-/// The most memory a decoder may take for one image, in bytes.
-const MAX_IMAGE_MEMORY: u64 = 2 << 30;
+use crate::files::guard::{self, MAX_IMAGE_EDGE, guarded};
 
 /// Decodes a file: PNG, JPEG, WebP or DDS by its first bytes.
 pub(super) fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Texture, String> {
     if bytes.starts_with(b"DDS ") {
-        return decode_dds(name, bytes);
+        return guarded(|| decode_dds(name, bytes));
     }
     if bytes.starts_with(b"\xabKTX 20") {
         return Err("KTX2 images are not supported".to_owned());
@@ -25,13 +19,7 @@ pub(super) fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Text
     if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP) {
         return Err(format!("{format:?} images are not supported"));
     }
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_IMAGE_SIZE);
-    limits.max_image_height = Some(MAX_IMAGE_SIZE);
-    limits.max_alloc = Some(MAX_IMAGE_MEMORY);
-    reader.limits(limits);
-    let pixels = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
+    let pixels = guard::decode_image(bytes, format)?.into_rgba8();
     let (width, height) = pixels.dimensions();
     if width == 0 || height == 0 {
         return Err("it has no pixels".into());
@@ -39,13 +27,22 @@ pub(super) fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Text
     Ok(Texture { name: name.to_owned(), width, height, rgba: pixels.into_raw() })
 }
 
+/// Bytes of an image as texels, as its file announces it.
+pub(super) fn announced_bytes(bytes: &[u8]) -> u64 {
+    let pixels = match bytes.get(12..20).filter(|_| bytes.starts_with(b"DDS ")) {
+        Some(size) => size.chunks_exact(4).map(|e| u64::from(u32::from_le_bytes([e[0], e[1], e[2], e[3]]))).product(),
+        None => guard::image_size(bytes).map_or(0, |[width, height]| u64::from(width) * u64::from(height)),
+    };
+    4_u64.saturating_mul(pixels)
+}
+
 /// The first and largest level of a DDS file, of any of the BC formats.
 fn decode_dds(name: &str, bytes: &[u8]) -> std::result::Result<Texture, String> {
     let dds = Dds::read(bytes).map_err(|e| e.to_string())?;
     let surface = Surface::from_dds(&dds).map_err(|e| e.to_string())?;
     let (width, height) = (surface.width, surface.height);
-    if width == 0 || height == 0 || width > MAX_IMAGE_SIZE || height > MAX_IMAGE_SIZE {
-        return Err(format!("it has {width}x{height} pixels, and {MAX_IMAGE_SIZE} are the most on a side"));
+    if width == 0 || height == 0 || width > MAX_IMAGE_EDGE || height > MAX_IMAGE_EDGE {
+        return Err(format!("it has {width}x{height} pixels, and {MAX_IMAGE_EDGE} are the most on a side"));
     }
     let mut rgba = surface.decode_layers_mipmaps_rgba8(0..1, 0..1).map_err(|e| e.to_string())?.data;
     if matches!(surface.image_format, DdsFormat::BC5RgUnorm | DdsFormat::BC5RgSnorm) {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::gltf_buffers::{Document, shorten};
-use super::gltf_images::decode_image;
+use super::gltf_images::{announced_bytes, decode_image};
 use super::gltf_mapping::{Mapping, Slot};
 use super::sampling::{Filter, Sampling, Wrap};
 use super::{Material, Texture};
@@ -215,6 +215,9 @@ fn sampling(document: &Document, slot: &Slot) -> Sampling {
     Sampling { wrap: [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)], magnify, minify, mips }
 }
 
+/// The most that all textures may take as texels, in bytes: well-packed files hold a thousand times their length.
+const MAX_TEXTURE_BYTES: u64 = 16 << 30;
+
 /// Extensions by which a texture has an image of another format.
 const IMAGE_EXTENSIONS: [&str; 2] = ["EXT_texture_webp", "MSFT_texture_dds"];
 
@@ -259,11 +262,13 @@ pub(super) fn decode_images(
     for slot in materials.iter_mut().flat_map(|m| [&mut m.base_color_texture, &mut m.normal_texture]).flatten() {
         *slot = slots[*slot as usize];
     }
+    let announced = unique.iter().fold(0_u64, |sum, item| sum.saturating_add(announced_bytes(&item.1)));
+    if announced > MAX_TEXTURE_BYTES {
+        let [has, most] = [announced, MAX_TEXTURE_BYTES].map(|bytes| bytes >> 30);
+        return Err(document.error(format_args!("its textures are {has} GiB of texels, and {most} are the most")));
+    }
     let total = unique.len() as u64;
-    let decode = |item: &&(String, Cow<[u8]>)| {
-        // A fault of a decoder must not take the program down with it.
-        std::panic::catch_unwind(|| decode_image(&item.0, &item.1)).unwrap_or_else(|_| Err("the decoder failed".into()))
-    };
+    let decode = |item: &&(String, Cow<[u8]>)| decode_image(&item.0, &item.1);
     progress("textures", 0, total);
     let mut decoded = Vec::new();
     rayon::in_place_scope(|scope| {

@@ -17,6 +17,8 @@ use crate::Result;
 
 /// The most vertices, and the most triangles, a scene may have.
 const MAX_COUNT: u64 = 1 << 26;
+/// What a primitive counts at least: reading very many without any vertex takes time too.
+const LEAST_VERTICES: u64 = 8;
 /// The farthest a vertex may be from the origin: beyond it, areas overflow in single precision.
 const MAX_COORDINATE: f32 = 1e9;
 
@@ -163,7 +165,7 @@ impl Geometry {
     ) -> Result<()> {
         let vertices = document.accessor_count(position)?;
         let corners = indices.map_or(Ok(vertices), |i| document.accessor_count(i))?;
-        self.announced_vertices = self.announced_vertices.saturating_add(vertices);
+        self.announced_vertices = self.announced_vertices.saturating_add(vertices.max(LEAST_VERTICES));
         // A strip or fan makes a triangle of every further corner.
         let triangles = if mode == Mode::Triangles { corners / 3 } else { corners };
         self.announced_triangles = self.announced_triangles.saturating_add(triangles);
@@ -244,6 +246,12 @@ impl Paint {
 /// Whether a position is nowhere, or so far away that areas overflow.
 pub(super) fn is_lost(position: Vec3) -> bool {
     !position.is_finite() || position.abs().max_element() > MAX_COORDINATE
+}
+
+/// The position, or the nearest that is not lost.
+pub(super) fn within_reach(position: Vec3) -> Vec3 {
+    let known = Vec3::select(position.is_nan_mask(), Vec3::ZERO, position);
+    known.clamp(Vec3::splat(-MAX_COORDINATE), Vec3::splat(MAX_COORDINATE))
 }
 
 /// The normal of a triangle by its corners.

@@ -15,6 +15,9 @@ use super::{Aabb, Camera, Light};
 use crate::Result;
 use crate::environment::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
 
+/// The most meshes that may be placed: few bytes suffice to place one very often.
+const MAX_INSTANCES: usize = 1 << 22;
+
 /// One mesh placed in the world.
 pub(super) struct Instance {
     /// Index into the meshes of the glTF.
@@ -112,6 +115,9 @@ pub(super) fn walk(document: &Document) -> Result<Found> {
         let ever = parent_is_visible[1] && (own || changes.visibilities.contains(&i));
         if let Some(mesh) = node.mesh.filter(|_| ever) {
             let places = places(document, i, node)?.unwrap_or_else(|| vec![Mat4::IDENTITY]);
+            if found.instances.len() + places.len() > MAX_INSTANCES {
+                return Err(document.error(format_args!("the scene has more than {MAX_INSTANCES} instances of meshes")));
+            }
             let instance = |place: Mat4| Instance { mesh: mesh.value(), node: i, place, world: world * place };
             found.instances.extend(places.into_iter().map(instance));
         }

@@ -111,6 +111,21 @@ fn faults_of_images_are_named() {
     refused("is not base64", |_, _, e| e["images"][0] = json!({"uri": "data:;base64,@"}));
 }
 
+/// Seventeen headers that announce a GiB each.
+#[test]
+fn textures_that_are_too_large_together_are_refused() {
+    refused("its textures are 17 GiB of texels, and 16 are the most", |p, _, e| {
+        let image = |i: u32| {
+            let words = [u32::from_le_bytes(*b"DDS "), 124, 0, 16_384, 16_384, i];
+            json!({"bufferView": p.view(&words.map(u32::to_le_bytes).concat()), "mimeType": "image/vnd-ms.dds"})
+        };
+        e["images"] = (0..17).map(image).collect();
+        e["textures"] = (0..17).map(|i| json!({"source": i})).collect();
+        let material = |i: u32| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}});
+        e["materials"] = (0..17).map(material).collect();
+    });
+}
+
 #[test]
 fn missing_files_are_named() {
     let folder = tempfile::tempdir().unwrap();

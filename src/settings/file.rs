@@ -8,6 +8,8 @@ use serde::de::{DeserializeSeed, Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::Settings;
+use crate::error::shortened;
+use crate::files::read_text;
 use crate::{Error, Result};
 
 impl Settings {
@@ -27,8 +29,8 @@ impl Settings {
     /// # Errors
     /// Those of [`Self::read`].
     pub fn read_over(self, path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Error::file(path, format!("cannot read the settings file: {error}")))?;
+        let text =
+            read_text(path).map_err(|error| Error::file(path, format!("cannot read the settings file: {error}")))?;
         // Some editors begin a file with a byte order mark.
         let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
@@ -74,7 +76,7 @@ fn from_json(base: Settings, path: &Path, text: &str) -> Result<Settings> {
 
 fn bad_setting(path: &Path, line: Option<usize>, message: &str) -> Error {
     let place = line.map_or(String::new(), |line| format!(", line {line}"));
-    Error::Usage(format!("settings file {}{place}: {}", path.display(), one_line(message)))
+    Error::Usage(format!("settings file {}{place}: {}", path.display(), shortened(one_line(message))))
 }
 
 pub(super) fn one_line(message: &str) -> String {

@@ -70,7 +70,7 @@ fn publish(report: &ErrorReport, folder: Option<ReportFolder>, quiet: bool) -> R
         folder.commit(report)?;
     }
     if is_printed {
-        super::say(&report.to_markdown());
+        super::say(&report.to_markdown())?;
     }
     Ok(())
 }

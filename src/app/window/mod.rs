@@ -29,7 +29,7 @@ use winit::event_loop::EventLoop;
 use crate::settings::Settings;
 use crate::{Error, Result, interrupt};
 use app::App;
-use script::Script;
+pub use script::Script;
 
 /// Opens the window and stays until it is closed.
 ///

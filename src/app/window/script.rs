@@ -8,6 +8,8 @@ use winit::keyboard::KeyCode;
 
 use super::action::Action;
 use super::keys;
+use crate::error::shortened;
+use crate::files::read_text;
 use crate::settings::Size;
 use crate::{Error, Result};
 
@@ -32,10 +34,10 @@ impl Script {
     /// # Errors
     /// [`Error::File`] when the file cannot be read, [`Error::Usage`] with file and line when a line is wrong.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Error::file(path, format!("cannot read the script: {error}")))?;
-        Self::parse(&text)
-            .map_err(|(line, what)| Error::Usage(format!("script {}, line {line}: {what}", path.display())))
+        let text = read_text(path).map_err(|error| Error::file(path, format!("cannot read the script: {error}")))?;
+        Self::parse(&text).map_err(|(line, what)| {
+            Error::Usage(format!("script {}, line {line}: {}", path.display(), shortened(what)))
+        })
     }
 
     fn parse(text: &str) -> std::result::Result<Self, (usize, String)> {
@@ -148,7 +150,7 @@ fn held_key(from: Moment, rest: &str) -> std::result::Result<Vec<(Moment, Action
     let held = if held.is_empty() { "1" } else { held };
     let until = match from {
         Moment::Frame(frame) => held.parse().ok().map(|frames| Moment::Frame(frame.saturating_add(frames))),
-        Moment::Time(time) => seconds(held).map(|held| Moment::Time(time + held)),
+        Moment::Time(time) => seconds(held).map(|held| Moment::Time(time.saturating_add(held))),
     };
     let unit = if matches!(from, Moment::Frame(_)) { "frames" } else { "seconds" };
     let until = until.ok_or_else(|| format!("`{held}` is not a number of {unit}"))?;
@@ -213,6 +215,8 @@ mod tests {
         assert_eq!(script.next_timed(time(3.0)), Some(Action::Release(KeyCode::KeyW)));
         assert_eq!((script.is_over(), script.next(3)), (false, Some(Action::Quit)));
         assert!(script.is_over());
+        // What ends after all time ends with it.
+        assert!(Script::parse("at 1e19s key w 1e19").is_ok());
     }
 
     #[test]

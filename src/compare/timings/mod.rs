@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::table::number;
-use crate::files::TIMINGS_SCHEMA as SCHEMA;
+use crate::files::{TIMINGS_SCHEMA as SCHEMA, read_whole};
 use crate::{Error, Result};
 
 /// The part of the frame, in percent, from which a pass is held to the limit by itself.
@@ -75,7 +75,8 @@ impl TimingsFile {
     /// # Errors
     /// [`Error::File`] when it cannot be read or is something else.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        let bytes =
+            read_whole(path, || false).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
         Self::parse(&bytes).map_err(|reason| Error::file(path, reason))
     }
 

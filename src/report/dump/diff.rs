@@ -157,6 +157,10 @@ pub fn columns(path: &Path, file: &FileEntry) -> Result<Vec<Column>> {
         (shape, channels.map(|(name, bytes)| Column { name, scalar: picture.scalar, bytes }).collect())
     } else {
         let array = Array::read(path)?;
+        if array.dtype_json() != file.dtype {
+            let (found, told) = (array.dtype_json(), &file.dtype);
+            return Err(Error::file(path, format!("has elements {found}, but the manifest says {told}")));
+        }
         (array.shape.clone(), array_columns(&array))
     };
     if shape != file.shape {

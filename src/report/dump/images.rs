@@ -1,14 +1,17 @@
 //! Images of the frame as OpenEXR: uncompressed scan lines, so that a reader of a page suffices.
 
+use std::io::BufReader;
 use std::path::Path;
 
 use ash::vk;
-use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, WritableImage, f16,
-    read_first_flat_layer_from_file,
-};
+use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, f16};
+
+use exr::prelude::traits::*;
 
 use crate::dump::Scalar;
+use crate::files::exr_texels::read_meta;
+use crate::files::guard::guarded;
+use crate::files::open_regular;
 use crate::{Error, Result};
 
 /// The channels of an image, each with one number per pixel, row 0 at the top.
@@ -88,9 +91,14 @@ impl Picture {
     /// # Errors
     /// [`Error::File`] when it cannot be read, is cut short, or mixes kinds of numbers.
     pub fn read(path: &Path) -> Result<Self> {
-        let image = read_first_flat_layer_from_file(path)
-            .map_err(|error| Error::file(path, format!("cannot be read as OpenEXR: {error}")))?;
-        let layer = image.layer_data;
+        let layer = guarded(|| {
+            let mut file = open_regular(path).map_err(|e| e.to_string())?;
+            read_meta(&mut file)?;
+            let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+            let image = reader.first_valid_layer().all_attributes().from_buffered(BufReader::new(file));
+            image.map(|image| image.layer_data).map_err(|e| e.to_string())
+        })
+        .map_err(|reason| Error::file(path, format!("cannot be read as OpenEXR: {reason}")))?;
         let mut scalar = None;
         let mut channels = Vec::new();
         for channel in &layer.channel_data.list {

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use crate::files::read_text;
 use crate::shared::FrameData;
 use crate::{Error, Result};
 
@@ -81,7 +82,7 @@ impl Manifest {
     /// [`Error::File`] when there is none, or it is no manifest of this version.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(FILE_NAME);
-        let text = std::fs::read_to_string(&path)
+        let text = read_text(&path)
             .map_err(|error| Error::file(&path, format!("cannot be read, so that this is no dump: {error}")))?;
         let json: Value =
             serde_json::from_str(&text).map_err(|error| Error::file(&path, format!("is not JSON: {error}")))?;

@@ -3,7 +3,7 @@
 use glam::{Mat3, Mat4, Vec3};
 
 use super::nodes::Posed;
-use crate::scene::gltf_mesh::{face_normal, fill_normals, normal_matrix};
+use crate::scene::gltf_mesh::{face_normal, fill_normals, normal_matrix, within_reach};
 use crate::scene::octahedral::pack_octahedral;
 use crate::scene::{Aabb, Vertex};
 
@@ -93,7 +93,7 @@ impl Body {
         let vertices = &mut vertices[self.first_vertex..self.first_vertex + self.vertex_count()];
         let mut put = |index: usize, position: Vec3, normal: Vec3| {
             let vertex = &mut vertices[index];
-            (vertex.position_ws, vertex.normal_oct) = (position.to_array(), pack_octahedral(normal));
+            (vertex.position_ws, vertex.normal_oct) = (within_reach(position).to_array(), pack_octahedral(normal));
         };
         let Some(mut normals) = placed.normals else {
             for (index, triangle) in self.triangles.iter().enumerate() {

@@ -104,7 +104,10 @@ impl Hierarchy {
             let node = &self.nodes[*index];
             let local = parts[*index].as_ref().map_or(node.rest, Parts::matrix);
             // The product with the identity is left out nowhere, so that what rests stands where it is read to be.
-            worlds[*index] = node.parent.map_or(Mat4::IDENTITY, |parent| worlds[parent]) * local;
+            let parent = node.parent.map_or(Mat4::IDENTITY, |parent| worlds[parent]);
+            let world = parent * local;
+            // Keys may stretch it beyond all numbers.
+            worlds[*index] = if world.is_finite() { world } else { parent };
             visible[*index] &= node.parent.is_none_or(|parent| visible[parent]);
         }
         Posed { worlds, weights, visible }

@@ -2,6 +2,7 @@
 
 use super::clip::MOMENTS_PER_CLIP;
 use super::{Motion, Moves};
+use crate::scene::gltf_mesh::within_reach;
 use crate::scene::{Aabb, Scene};
 use crate::{Error, Result};
 
@@ -109,7 +110,7 @@ impl Motion {
             let posed = self.hierarchy.pose(self.playing_clips(), time_s);
             bounds = moving.iter().fold(bounds, |all, body| all.union(&body.bounds(&posed, &self.skins)));
         }
-        bounds
+        Aabb { min: within_reach(bounds.min), max: within_reach(bounds.max) }
     }
 
     /// The moments that stand for all of the clips that play: keys, and some between.

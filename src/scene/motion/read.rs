@@ -201,7 +201,7 @@ fn carried<T: Clone>(things: &[T], sources: &[Source]) -> Vec<Carried<T>> {
 }
 
 fn numbers<const N: usize>(document: &Document, accessor: Index<Accessor>) -> Result<Vec<f32>> {
-    Ok(document.read_floats::<N>("animation", accessor)?.into_iter().flatten().collect())
+    Ok(document.read_moving::<N>("animation", accessor)?.into_iter().flatten().collect())
 }
 
 fn skin(document: &Document, index: usize) -> Result<Skin> {
@@ -214,7 +214,7 @@ fn skin(document: &Document, index: usize) -> Result<Skin> {
     let inverse_bind = match skin.inverse_bind_matrices {
         None => vec![Mat4::IDENTITY; joints.len()],
         Some(accessor) => {
-            let matrices = document.read_floats::<16>(&what, accessor)?;
+            let matrices = document.read_moving::<16>(&what, accessor)?;
             matrices.iter().map(Mat4::from_cols_array).collect()
         }
     };

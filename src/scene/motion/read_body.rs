@@ -134,7 +134,7 @@ fn targets(document: &Document, what: &str, primitive: &Primitive, vertices: usi
     }
     let read = |accessor| -> Result<Vec<Vec3>> {
         let Some(accessor) = accessor else { return Ok(Vec::new()) };
-        let mut offsets = vectors(document.read_floats::<3>(what, accessor)?);
+        let mut offsets = vectors(document.read_moving::<3>(what, accessor)?);
         if offsets.len() != vertices {
             let count = offsets.len();
             let reason = format!("{what} has a morph target of {count} offsets for {vertices} positions");

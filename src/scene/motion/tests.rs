@@ -123,6 +123,21 @@ fn a_mesh_goes_where_its_node_goes_and_repeats() {
     assert_eq!((positions(&scene), scene.motion.moves().any()), (rest.to_vec(), false));
 }
 
+/// At rest everything is in its place; keys and parents take it beyond all numbers.
+#[test]
+fn what_flies_away_stays_within_numbers() {
+    for far in [3e9, 3e38] {
+        let mut file = File::new();
+        file.json["nodes"] = json!([{"mesh": 0}, {"children": [0], "scale": [10, 10, 10]}]);
+        file.json["scenes"] = json!([{"nodes": [1]}]);
+        file.animate((0, "translation", "STEP"), &[0.0, 1.0], &[0.0, 0.0, 0.0, far, -far, far]);
+        let scene = at(file.load(), None, 1.0);
+        let reach = positions(&scene).into_iter().chain([scene.bounds.min, scene.bounds.max]);
+        assert!(reach.into_iter().all(|p| p.abs().max_element() <= 1e9), "{far}: {:?}", positions(&scene));
+        let _ = crate::scene::bvh::build(&scene);
+    }
+}
+
 #[test]
 fn bounds_are_those_of_all_moments() {
     let scene = at(sliding().load(), None, 0.0);

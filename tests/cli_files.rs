@@ -1,0 +1,160 @@
+//! Files that give no more or take no more: pipes, limits of size, full disks, names that no file may have.
+#![cfg(unix)]
+
+mod support;
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use support::{Run, names, program, quad_glb, run};
+
+/// Longest that a run without a frame may take on two slow cores.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+fn small(command: &mut Command) -> &mut Command {
+    command.args(["--headless", "--size", "64x36", "--vpls", "200", "--technique", "direct"])
+}
+
+/// One sentence on stderr with this word, and this exit code.
+fn complains(run: &Run, code: i32, word: &str) {
+    assert_eq!(run.code, Some(code), "{}", run.stderr);
+    assert!(run.stderr.starts_with("error: ") && run.stderr.lines().count() == 1, "{}", run.stderr);
+    assert!(run.stderr.contains(word), "no `{word}` in {}", run.stderr);
+}
+
+/// The program under a limit of so many blocks of 512 or 1,024 bytes for each file that it writes.
+fn limited(blocks: u32) -> Command {
+    let whole = program();
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("ulimit -f {blocks}; exec \"$0\" \"$@\"")]).arg(whole.get_program());
+    for (name, value) in whole.get_envs() {
+        match value {
+            Some(value) => command.env(name, value),
+            None => command.env_remove(name),
+        };
+    }
+    command
+}
+
+#[test]
+fn a_limit_of_size_leaves_nothing_half_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.exr");
+    std::fs::write(&out, "old").unwrap();
+    let mut command = limited(4);
+    small(&mut command).arg("--output").arg(&out);
+    complains(&run(command), 1, "a.exr: cannot be written");
+    assert_eq!((names(folder.path()), std::fs::read(&out).unwrap()), (vec!["a.exr".to_owned()], b"old".to_vec()));
+    let mut command = limited(4);
+    small(&mut command).arg("--dump").arg(folder.path().join("dump"));
+    complains(&run(command), 1, "cannot be written");
+    assert_eq!(names(folder.path()), ["a.exr"]);
+}
+
+#[test]
+fn what_stdout_cannot_take_is_told() {
+    let Ok(full) = File::options().write(true).open("/dev/full") else {
+        println!("skipped: there is no /dev/full");
+        return;
+    };
+    let told = |arguments: &[&str]| {
+        let mut command = program();
+        command.args(arguments).stdout(Stdio::from(full.try_clone().unwrap())).stderr(Stdio::piped());
+        let output = command.spawn().unwrap().wait_with_output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        complains(&Run { code: output.status.code(), stdout: String::new(), stderr, time: PATIENCE }, 1, "stdout");
+    };
+    told(&["--help"]);
+    told(&["--list-gpus"]);
+    told(&["--headless", "--size", "32x18", "--technique", "direct"]);
+}
+
+#[test]
+fn names_that_no_file_may_have_are_refused_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = "x".repeat(300);
+    let cases = [
+        ("--output", format!("{long}.exr"), 1, "too long"),
+        ("--output", format!("{long}/a.exr"), 1, "too long"),
+        ("--timings", format!("{long}.json"), 1, "too long"),
+        ("--dump", long, 1, "too long"),
+        ("--output", "picture".to_owned(), 2, ".exr or .png"),
+        ("--output", ".exr".to_owned(), 2, ".exr or .png"),
+        ("--output", String::new(), 2, "--output"),
+        ("--timings", "times".to_owned(), 2, ".json or .csv"),
+    ];
+    for (option, name, code, word) in cases {
+        let mut command = program();
+        small(&mut command).current_dir(folder.path()).args(["--frames", "4000000000", option, &name]);
+        let run = run(command);
+        complains(&run, code, word);
+        assert!(run.time < PATIENCE, "{option} {name}: {:?}", run.time);
+    }
+    assert!(names(folder.path()).is_empty());
+}
+
+/// A pipe in the file system.
+fn pipe(folder: &Path) -> PathBuf {
+    let path = folder.join("scene.glb");
+    assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+    path
+}
+
+fn start(mut command: Command) -> Child {
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+#[test]
+fn a_scene_may_come_through_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, out) = (pipe(folder.path()), folder.path().join("a.exr"));
+    let mut command = program();
+    small(&mut command).args(["--environment", "none", "--output"]).arg(&out).arg(&scene);
+    let child = start(command);
+    std::fs::write(&scene, quad_glb(|_, _| ())).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(out.exists());
+}
+
+#[test]
+fn a_silent_pipe_does_not_hold_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = pipe(folder.path());
+    let mut command = program();
+    small(&mut command).arg("--output").arg(folder.path().join("a.exr")).arg(&scene);
+    let (began, child) = (Instant::now(), start(command));
+    // Until the device is open a signal ends the program at once.
+    std::thread::sleep(Duration::from_secs(3));
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(stderr.contains("interrupted while") && stderr.lines().count() == 1, "{stderr}");
+    assert!(began.elapsed() < PATIENCE);
+    assert_eq!(names(folder.path()), ["scene.glb"]);
+}
+
+#[test]
+fn what_is_no_file_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = pipe(folder.path());
+    for arguments in [vec!["/dev/zero"], vec!["--settings", "/dev/zero"], vec!["--settings", "/"]] {
+        let mut command = program();
+        complains(
+            &run({
+                small(&mut command).args(&arguments);
+                command
+            }),
+            1,
+            "it is ",
+        );
+    }
+    let environment = folder.path().join("sky.exr");
+    std::fs::rename(scene, &environment).unwrap();
+    let mut command = program();
+    small(&mut command).arg("--environment").arg(&environment);
+    complains(&run(command), 1, "sky.exr: the environment cannot be read: it is not a regular file");
+}

@@ -53,7 +53,9 @@ impl Changes {
         let mut changes = Self::default();
         for target in document.pointers.targets() {
             match target {
-                Target::Node { node, property: Property::Visibility } => drop(changes.visibilities.insert(node)),
+                Target::Node { node, property: Property::Visibility } => {
+                    changes.visibilities.insert(node);
+                }
                 Target::Light { light, property: LightProperty::Intensity | LightProperty::Color } => {
                     changes.lights.insert(light);
                 }

@@ -75,7 +75,8 @@ const NO_BLOCKS: &str =
 fn over(name: &str, value: Option<f64>, limit: Option<f64>, why: &str) -> Option<String> {
     let limit = limit?;
     let Some(value) = value else { return Some(undefined(name, limit, why)) };
-    (!(value <= limit)).then(|| format!("{name} {} is over the limit {limit}", number(value)))
+    let holds = value <= limit;
+    (!holds).then(|| format!("{name} {} is over the limit {limit}", number(value)))
 }
 
 fn undefined(name: &str, limit: f64, why: &str) -> String {

@@ -111,7 +111,8 @@ pub fn answer(frames: &[ShownFrame], mean_luma: f64) -> Option<Answer> {
         left.push(left_of(*step, pair.1)?);
         last = pair.1.frame;
     }
-    let answered = left.iter().rposition(|left| !(left.abs() <= LEFT)).map_or(0, |index| index + 1);
+    let is_little = |left: &f64| left.abs() <= LEFT;
+    let answered = left.iter().rposition(|left| !is_little(left)).map_or(0, |index| index + 1);
     let frames = (answered < left.len()).then_some(answered as u32);
     Some(Answer { frame: step.1.frame, frames, left })
 }

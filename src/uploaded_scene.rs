@@ -42,6 +42,10 @@ pub struct UploadedScene {
     other_lights: Vec<PunctualLight>,
     /// The tree that follows triangles which move.
     moving: Option<Arc<MovingBvh>>,
+    /// How often vertices have moved.
+    vertex_moves: u64,
+    /// Whether anything moves: vertices, lights or cameras.
+    animated: bool,
     /// Points over its surfaces, those that were asked for last in front.
     points: Vec<Arc<PointCloud>>,
 }
@@ -114,6 +118,7 @@ impl UploadedScene {
             node_capacity_bytes: node_capacity * size_of::<BvhNode>(),
             triangles: bytemuck::cast_slice(&bvh.triangles),
             vertices: bytemuck::cast_slice(&scene.vertices),
+            vertices_move: moves,
             indices: bytemuck::cast_slice(&scene.indices),
             materials: bytemuck::cast_slice(materials),
             lights: bytemuck::cast_slice(lights),
@@ -143,6 +148,8 @@ impl UploadedScene {
             environment_flux: environment.scalar_irradiance * std::f64::consts::PI * radius * radius,
             other_lights,
             moving: moves.then(|| Arc::new(MovingBvh::new(bvh))),
+            vertex_moves: 0,
+            animated: scene.motion.moves().any(),
             points: Vec::new(),
         })
     }
@@ -161,6 +168,8 @@ impl UploadedScene {
         }
         let Some(moving) = self.moving.as_ref().filter(|_| moves.geometry) else { return Ok(()) };
         let bvh = moving.at(scene);
+        self.set.keep_vertices(gpu)?;
+        self.vertex_moves += 1;
         self.set.replace(gpu, ScenePart::Vertices, bytemuck::cast_slice(&scene.vertices))?;
         self.set.replace(gpu, ScenePart::Nodes, bytemuck::cast_slice(&bvh.nodes))?;
         self.set.replace(gpu, ScenePart::Triangles, bytemuck::cast_slice(&bvh.triangles))?;
@@ -230,6 +239,24 @@ impl UploadedScene {
         };
         let means = || self.environment.as_ref().filter(|_| scale > 0.0).map_or_else(|| [[0.0; 4]].into(), stored);
         Arc::clone(self.environment_means.get_or_init(means))
+    }
+
+    /// Whether its vertices move.
+    #[must_use]
+    pub fn has_moving_vertices(&self) -> bool {
+        self.moving.is_some()
+    }
+
+    /// How often its vertices have moved. Those from before the last time are on the device as well.
+    #[must_use]
+    pub fn vertex_moves(&self) -> u64 {
+        self.vertex_moves
+    }
+
+    /// Whether anything in it moves: vertices, lights or cameras.
+    #[must_use]
+    pub fn is_animated(&self) -> bool {
+        self.animated
     }
 
     /// Punctual lights of the scene.

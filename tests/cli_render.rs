@@ -122,7 +122,7 @@ fn timings_of_both_formats_are_of_one_run() {
 fn every_view_is_a_file_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
     let run = render(folder.path(), "a.exr", "--technique direct --environment 1,1,1 --view all");
-    let views = ["albedo", "depth", "direct", "environment-visibility", "final", "normal"];
+    let views = ["albedo", "depth", "direct", "environment-visibility", "final", "motion-vectors", "normal"];
     assert_eq!(names(folder.path()), views.map(|view| format!("a-{view}.exr")));
     assert_eq!(run.stdout.lines().filter(|line| line.starts_with("written: ")).count(), views.len(), "{}", run.stdout);
     let whole = sound_picture(&folder.path().join("a-final.exr"));

@@ -11,9 +11,10 @@ use gridlight::gpu::{Work, check_interfaces};
 use gridlight::graph::{Graph, plan};
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::present::{self, Part, WindowFormat};
-use gridlight::passes::{EnvironmentShape, FrameShape};
+use gridlight::passes::{EnvironmentShape, FrameShape, SurfaceMotion};
 use gridlight::settings::{
-    CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter, ShadowPoints, View,
+    Antilag, CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter, ShadowPoints,
+    Temporal, View,
 };
 use gridlight::techniques::brute_force::BruteForceShape;
 use gridlight::techniques::direct::Direct;
@@ -64,6 +65,18 @@ fn hierarchies() -> Vec<LghShape> {
     shapes
 }
 
+/// Frames that take something over from those before.
+fn following() -> Vec<(SurfaceMotion, LghShape)> {
+    let modes =
+        [Temporal::Shadows, Temporal::Indirect].into_iter().zip([SurfaceMotion::Camera, SurfaceMotion::Vertices]);
+    let shapes = modes.flat_map(|(temporal, motion)| {
+        let shapes = hierarchies().into_iter().filter(|shape| shape.lights.shadow_samples > 0);
+        let antilag = if temporal == Temporal::Shadows { Antilag::Tiles } else { Antilag::Off };
+        shapes.map(move |shape| (motion, LghShape { temporal, antilag, ..shape }))
+    });
+    shapes.collect()
+}
+
 #[test]
 fn a_window_shows_a_picture_or_none() {
     let window = WindowFormat { format: ash::vk::Format::B8G8R8A8_UNORM, driver_encodes: false };
@@ -90,6 +103,9 @@ fn every_frame_fits_its_shaders() {
             let frame =
                 FrameShape { rays, inspect, accumulate: inspect, direct: !inspect, environment, ..frame_shape() };
             hierarchies().iter().for_each(|shape| check(&frame, shape));
+            following().iter().for_each(|(motion, shape)| {
+                check(&FrameShape { surface_motion: Some(*motion), ..frame.clone() }, shape);
+            });
             references.iter().for_each(|shape| check(&frame, shape));
             check(&frame, &PathTraceShape { samples: 4 });
             check(&frame, &Direct);
@@ -101,7 +117,8 @@ fn every_frame_fits_its_shaders() {
 fn every_view_fits_its_shaders() {
     for view in View::value_variants() {
         let environment = Some(EnvironmentShape { samples: 4, is_filtered: true });
-        let frame = FrameShape { view: *view, inspect: true, environment, ..frame_shape() };
+        let surface_motion = (*view == View::MotionVectors).then_some(SurfaceMotion::Vertices);
+        let frame = FrameShape { view: *view, inspect: true, environment, surface_motion, ..frame_shape() };
         for mut shape in hierarchies() {
             shape.lights.shadow_samples = shape.lights.shadow_samples.max(1);
             check(&frame, &shape);
@@ -115,6 +132,8 @@ fn names_of_passes() -> BTreeSet<String> {
     let frame = FrameShape { inspect: true, accumulate: true, environment, ..frame_shape() };
     let view = FrameShape { view: View::Normal, ..frame_shape() };
     let mut graphs: Vec<_> = hierarchies().iter().map(|shape| build(&frame, shape)).collect();
+    let moving = FrameShape { surface_motion: Some(SurfaceMotion::Camera), ..frame.clone() };
+    graphs.extend(following().iter().map(|(_, shape)| build(&moving, shape)));
     graphs.push(build(&frame, &BruteForceShape(hierarchy(LevelBuild::Cascade, 1, 1).lights)));
     graphs.push(build(&frame, &PathTraceShape { samples: 4 }));
     graphs.push(build(&view, &Direct));

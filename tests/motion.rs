@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use gridlight::files::pictures::read_exr;
 use gridlight::scene::testing::shared_dir;
-use serde_json::{Value, json};
+use serde_json::json;
+use support::animated::slide;
 #[cfg(feature = "window")]
 use support::xvfb::Xvfb;
 use support::{names, program, quad_glb, run, succeed};
@@ -38,38 +39,12 @@ fn scene(folder: &Path, carried: Carried, x: f64) -> PathBuf {
         ]);
         document["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
         if let Some(node) = [Carried::Screen, Carried::Lamp, Carried::Camera].iter().position(|c| *c == carried) {
-            slide(document, bin, node + 1, x);
+            slide(document, bin, node + 1);
         }
     });
     let path = folder.join("scene.glb");
     std::fs::write(&path, glb).unwrap();
     path
-}
-
-/// Lets a node go along x for four seconds.
-fn slide(document: &mut Value, bin: &mut Vec<u8>, node: usize, x: f64) {
-    let place = |axis: usize| document["nodes"][node]["translation"][axis].as_f64().unwrap() as f32;
-    let (y, z, x) = (place(1), place(2), x as f32);
-    let numbers = [0.0_f32, 4.0, x, y, z, x + 4.0, y, z];
-    let offset = bin.len();
-    bin.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
-    let list = |document: &mut Value, key: &str, value: Value| {
-        let list = document[key].as_array_mut().unwrap();
-        list.push(value);
-        list.len() - 1
-    };
-    let view = |offset: usize, bytes: usize| json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes});
-    let accessor =
-        |view: usize, kind: &str| json!({"bufferView": view, "componentType": 5126, "count": 2, "type": kind});
-    let times = list(document, "bufferViews", view(offset, 8));
-    let places = list(document, "bufferViews", view(offset + 8, 24));
-    let input = list(document, "accessors", accessor(times, "SCALAR"));
-    let output = list(document, "accessors", accessor(places, "VEC3"));
-    document["animations"] = json!([{
-        "name": "slide", "samplers": [{"input": input, "output": output}],
-        "channels": [{"sampler": 0, "target": {"node": node, "path": "translation"}}]
-    }]);
-    document["buffers"][0]["byteLength"] = json!(bin.len());
 }
 
 /// Renders into `picture` of the folder.

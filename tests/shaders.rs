@@ -15,8 +15,8 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    Coverage, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Selection, Settings,
-    ShadowEstimate, ShadowFilter, Size, Switch, Technique, View,
+    Antilag, Coverage, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Selection, Settings,
+    ShadowEstimate, ShadowFilter, Size, Switch, Technique, Temporal, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -185,6 +185,15 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
             }
         }
     }
+    for temporal in [Temporal::Shadows, Temporal::Indirect] {
+        for estimate in ShadowEstimate::value_variants() {
+            modes.push(small().changed(|s| {
+                s.lgh.temporal = Some(temporal);
+                s.lgh.antilag = if temporal == Temporal::Shadows { Antilag::Tiles } else { Antilag::Off };
+                s.lgh.shadow_estimate = Some(*estimate);
+            }));
+        }
+    }
     for (build, filter, first_level) in
         [(LevelBuild::Gather, ShadowFilter::None, 0), (LevelBuild::Scatter, ShadowFilter::Atrous, 1)]
     {
@@ -290,13 +299,16 @@ fn every_module_runs_in_some_mode() {
     let in_a_window = |name: &str| name.starts_with("present/");
     // What is learnt before the first frame needs these: tests/large_ground.rs runs them.
     let before_frames = |name: &str| name.starts_with("light_starts/");
+    // Scenes whose vertices move need this: tests/temporal runs it.
+    let of_moving = |name: &str| name.ends_with("_motion_vertices.vert");
     // Passes of tests have these: tests/graph_on_gpu.rs runs them.
     let in_tests = |name: &str| name.starts_with("tests/");
     let query = test.gpu.features().ray_query;
     let can_run = |name: &str| (exact || !name.contains("_exact")) && (query || !name.contains("_query"));
     let unused: Vec<&str> = spirv::names()
         .filter(|name| {
-            !used.contains(*name) && !in_a_window(name) && !before_frames(name) && !in_tests(name) && can_run(name)
+            let elsewhere = in_a_window(name) || before_frames(name) || of_moving(name) || in_tests(name);
+            !used.contains(*name) && !elsewhere && can_run(name)
         })
         .collect();
     assert!(unused.is_empty(), "no mode of the frame uses {unused:?}");

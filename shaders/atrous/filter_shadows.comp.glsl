@@ -26,6 +26,8 @@ const bool FILTERS_BOTH = false;
 layout(constant_id = 0) const uint IS_FIRST = 0u;
 // Whether samples that stand out from all around them are cut in the first iteration.
 layout(constant_id = 1) const uint CUTS = 0u;
+// Whether the first iteration is given standard deviations, below 0 where they are not known.
+layout(constant_id = 2) const uint HAS_DEVIATIONS = 0u;
 layout(push_constant) uniform Push { int step_px; };
 
 const float KERNEL[3] = float[](3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0);
@@ -33,8 +35,6 @@ const float KERNEL[3] = float[](3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0);
 const float PLANE_SIGMA = 4.0;
 // Difference of two estimates, in standard deviations of both, at which a weight falls to 1/e.
 const float NOISE_SIGMA = 3.0;
-// A pixel's samples carry, per unit, at most this many times the unshadowed light of those around it.
-const float MAX_OUTLIER = 64.0;
 // Weight of neighbours on the same surface (all of them weigh 0.86) below which others count too, and the distance,
 // in pixels' footprints per step, within which they do.
 const float MIN_SUPPORT = 0.4;
@@ -80,33 +80,14 @@ Sums plus(Sums a, Sums b, float measure) {
 
 bool is_inside(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(image_size()))); }
 
-// The most that a pixel of this neighbourhood may carry: a multiple of the mean without the brightest, which may be the
-// one that is too bright, and without the pixels that see no light at all.
-float greatest_plausible(ivec2 pixel) {
-    float sum = 0.0;
-    float brightest = 0.0;
-    float count = 0.0;
-    for (int y = -2; y <= 2; ++y) {
-        for (int x = -2; x <= 2; ++x) {
-            ivec2 p = pixel + ivec2(x, y) * step_px;
-            if (is_inside(p)) {
-                vec4 unshadowed = texelFetch(unshadowed_image, p, 0);
-                float carried = luminance(unshadowed.rgb);
-                sum += carried;
-                brightest = max(brightest, carried);
-                count += unshadowed.a > 0.0 ? 1.0 : 0.0;
-            }
-        }
-    }
-    float others = sum - brightest;
-    return others > 0.0 ? MAX_OUTLIER * others / max(count - 1.0, 1.0) : uintBitsToFloat(0x7f800000u);
-}
+#include "atrous/outliers.glsl"
 
 Estimate estimate_at(ivec2 p, float greatest) {
     vec4 shadowed = texelFetch(shadowed_image, p, 0);
     bool reads_unshadowed = FILTERS_BOTH || (IS_FIRST != 0u && CUTS != 0u);
     vec3 unshadowed = reads_unshadowed ? texelFetch(unshadowed_image, p, 0).rgb : vec3(0.0);
-    Estimate estimate = Estimate(shadowed.rgb, unshadowed, IS_FIRST != 0u ? 1.0 : shadowed.a);
+    bool has_deviation = IS_FIRST == 0u || HAS_DEVIATIONS != 0u;
+    Estimate estimate = Estimate(shadowed.rgb, unshadowed, has_deviation ? shadowed.a : 1.0);
     if (IS_FIRST != 0u && CUTS != 0u) {
         float kept = min(1.0, greatest / max(luminance(unshadowed), 1e-30));
         estimate.shadowed *= kept;
@@ -117,7 +98,7 @@ Estimate estimate_at(ivec2 p, float greatest) {
 
 // 1 where two estimates may well be of the same light.
 float likeness(float difference, float deviations) {
-    return IS_FIRST != 0u ? 1.0 : exp(-abs(difference) / max(NOISE_SIGMA * deviations, 1e-30));
+    return exp(-abs(difference) / max(NOISE_SIGMA * deviations, 1e-30));
 }
 
 float power_of_32(float x) {
@@ -128,10 +109,22 @@ float power_of_32(float x) {
     return x16 * x16;
 }
 
-// Standard deviation of what comes out. Before the first iteration that of a pixel is what the pixels around differ by.
-float deviation_of(Sums sums) {
+// Whether nothing is known of a pixel's noise yet.
+bool is_blind(Estimate center) { return IS_FIRST != 0u && (HAS_DEVIATIONS == 0u || center.deviation < 0.0); }
+
+// A neighbour with a deviation that the pixel can do with. Where it has none it is taken to have the pixel's own.
+Estimate beside(Estimate center, Estimate estimate) {
+    if (IS_FIRST != 0u && HAS_DEVIATIONS != 0u) {
+        float known = estimate.deviation < 0.0 ? center.deviation : estimate.deviation;
+        estimate.deviation = is_blind(center) ? 1.0 : known;
+    }
+    return estimate;
+}
+
+// Standard deviation of what comes out. Where a pixel's own is not known yet it is what the pixels around differ by.
+float deviation_of(Sums sums, bool is_blind) {
     float variance = sums.variance / (sums.weight * sums.weight);
-    if (IS_FIRST != 0u) {
+    if (is_blind) {
         vec2 moments = sums.moments / sums.weight;
         variance *= max(moments.y - moments.x * moments.x, 0.0);
     }
@@ -172,13 +165,13 @@ void main() {
             }
             vec3 offset = position_from_depth(uvec2(p), depth_p) - position;
             vec3 normal_p = unpack_octahedral(texelFetch(normals_image, p, 0).x);
-            Estimate estimate = estimate_at(p, greatest);
+            Estimate estimate = beside(center, estimate_at(p, greatest));
             float difference = luminance(estimate.shadowed) - center_luminance;
             float tap = KERNEL[abs(x)] * KERNEL[abs(y)];
             float weight = tap * power_of_32(max(dot(normal, normal_p), 0.0));
             weight *= exp(-abs(dot(offset, normal)) * plane_scale);
             alike += weight;
-            float same_light = likeness(difference, center.deviation + estimate.deviation);
+            float same_light = is_blind(center) ? 1.0 : likeness(difference, center.deviation + estimate.deviation);
             add(strict, estimate, difference, weight * same_light);
             if (step_px <= LAST_RELAXED_STEP) {
                 add(relaxed, estimate, difference, tap * same_light * exp(-dot(offset, offset) * nearness_scale));
@@ -190,7 +183,7 @@ void main() {
     float support = alike - KERNEL[0] * KERNEL[0];
     float lack = step_px <= LAST_RELAXED_STEP ? clamp(1.0 - support / MIN_SUPPORT, 0.0, 1.0) : 0.0;
     Sums sums = plus(strict, relaxed, lack);
-    imageStore(out_shadowed, pixel, vec4(sums.shadowed / sums.weight, deviation_of(sums)));
+    imageStore(out_shadowed, pixel, vec4(sums.shadowed / sums.weight, deviation_of(sums, is_blind(center))));
 #ifdef FILTERS_UNSHADOWED
     float unit = texelFetch(unshadowed_image, pixel, 0).a;
     imageStore(out_unshadowed, pixel, vec4(sums.unshadowed / sums.weight, unit));

@@ -13,12 +13,13 @@ const uint DEPTH = 2u;
 const uint INDIRECT = 3u;
 const uint SHADOW_RATIO = 4u;
 const uint ENVIRONMENT_VISIBILITY = 5u;
+const uint MOTION = 6u;
 layout(constant_id = 0) const uint SHOWN = ALBEDO;
 
 layout(set = 0, binding = 1) uniform texture2D depth_image;
 layout(set = 0, binding = 2) uniform texture2D albedo_image;
 layout(set = 0, binding = 3) uniform utexture2D normals_image;
-// INDIRECT: lighting per unit albedo. SHADOW_RATIO: the lighting, S and U. ENVIRONMENT_VISIBILITY: S and U.
+// INDIRECT: lighting per unit albedo. MOTION: that. SHADOW_RATIO: the lighting, S and U. ENVIRONMENT_VISIBILITY: S and U.
 layout(set = 0, binding = 4) uniform texture2D indirect_image;
 layout(set = 0, binding = 5) uniform texture2D shadowed_image;
 layout(set = 0, binding = 6) uniform texture2D unshadowed_image;
@@ -39,6 +40,9 @@ vec4 shown(ivec2 p, float depth) {
         return vec4(unpack_octahedral(texelFetch(normals_image, p, 0).x), 0.0);
     case DEPTH:
         return vec4(frame.near / depth);
+    case MOTION:
+        vec3 motion = texelFetch(indirect_image, p, 0).xyz;
+        return vec4(motion, length(motion.xy));
     case INDIRECT:
         return vec4(texelFetch(albedo_image, p, 0).rgb * texelFetch(indirect_image, p, 0).rgb, 0.0);
     case SHADOW_RATIO:

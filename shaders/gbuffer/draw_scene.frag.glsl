@@ -1,4 +1,5 @@
-// Writes albedo, shading normal and geometric normal; cut-out texels are discarded. One invocation per fragment.
+// Writes albedo, shading normal and geometric normal; cut-out texels are discarded. With FINDS_MOTION also
+// where the surface was in the frame before. One invocation per fragment.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 
@@ -19,6 +20,28 @@ layout(location = 3) in vec4 vertex_color;
 layout(location = 0) out vec4 out_albedo;
 // x: shading normal, y: geometric normal, both octahedral, turned towards the viewer.
 layout(location = 1) out uvec2 out_normals;
+#ifdef FINDS_MOTION
+layout(location = 4) in vec3 previous_from_eye_ws;
+// xy: from the pixel to where its surface was, in pixels, y down. z: near / view z of that place, 0 where it was not
+// before the camera.
+layout(location = 2) out vec4 out_motion;
+
+// Where an offset from the eye is seen, in pixels, and its distance along the viewing direction.
+vec3 seen_at(mat4 clip_from_world, vec3 offset_ws) {
+    // Precise, so that equal inputs give equal results wherever it is called.
+    precise vec4 clip = clip_from_world * vec4(offset_ws, 0.0);
+    precise vec2 at = (clip.xy / clip.w * 0.5 + 0.5) * vec2(image_size());
+    return vec3(at, clip.w);
+}
+
+vec4 motion() {
+    // The difference of two projections rather than of one and the pixel: what interpolation is wrong by is in both, and
+    // what stands still moves by exactly 0.
+    vec3 now = seen_at(frame.clip_from_world, from_eye_ws);
+    vec3 before = seen_at(frame.previous_clip_from_world, previous_from_eye_ws);
+    return before.z > frame.previous_near ? vec4(before.xy - now.xy, frame.previous_near / before.z, 0.0) : vec4(0.0);
+}
+#endif
 
 const float MOST_REPEATS = 4.0;
 // Where a texture is read. A pixel across which it repeats several times shows its mean, which is what a step of one
@@ -81,5 +104,8 @@ void main() {
         discard;
     }
     out_albedo = vec4(base_color.rgb, 1.0);
+#ifdef FINDS_MOTION
+    out_motion = motion();
+#endif
     out_normals = uvec2(pack_octahedral(shading), pack_octahedral(geometric));
 }

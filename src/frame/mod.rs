@@ -68,6 +68,7 @@ fn add_view(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> Option<Add
         View::Albedo => Some(surface(frame, gbuffer, SurfaceView::Albedo)),
         View::Normal => Some(surface(frame, gbuffer, SurfaceView::Normal)),
         View::Depth => Some(surface(frame, gbuffer, SurfaceView::Depth)),
+        View::MotionVectors => gbuffer.motion.map(|images| surface(frame, gbuffer, SurfaceView::Motion(images.motion))),
         View::Direct => Some(direct(frame, gbuffer)),
         View::EnvironmentVisibility => Some(environment_visibility(frame, gbuffer)),
         view => shapes.technique.add_view(frame, gbuffer, view),

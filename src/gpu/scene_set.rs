@@ -14,7 +14,7 @@ use super::device::Device;
 use super::environment::EnvironmentParts;
 use super::image::Image;
 use super::physical::Physical;
-use super::transfer::{Subresource, storage_buffer, upload_buffer, upload_image};
+use super::transfer::{Subresource, copy_buffer, storage_buffer, upload_buffer, upload_image};
 use super::word_image::WordImage;
 use super::work::StructureLevel;
 use crate::environment::upload::PreparedEnvironment;
@@ -36,6 +36,8 @@ pub struct SceneData<'a> {
     pub triangles: &'a [u8],
     /// Scene vertices.
     pub vertices: &'a [u8],
+    /// Whether vertices are replaced, so that those of the frame before are kept.
+    pub vertices_move: bool,
     /// Three indices per triangle.
     pub indices: &'a [u8],
     /// Triangles for ray queries; `None` leaves the acceleration structures out.
@@ -63,6 +65,8 @@ pub struct SceneData<'a> {
 pub enum ScenePart {
     /// Scene vertices, a buffer.
     Vertices,
+    /// The vertices of the frame before, a buffer; only where vertices move.
+    PreviousVertices,
     /// Three indices per triangle, a buffer.
     Indices,
     /// `GpuMaterial`s, a buffer.
@@ -86,8 +90,9 @@ pub enum ScenePart {
 }
 
 impl ScenePart {
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 12] = [
         Self::Vertices,
+        Self::PreviousVertices,
         Self::Indices,
         Self::Materials,
         Self::Lights,
@@ -105,6 +110,7 @@ impl ScenePart {
     pub fn name(self) -> &'static str {
         match self {
             Self::Vertices => "scene_vertices",
+            Self::PreviousVertices => "previous_vertices",
             Self::Indices => "scene_indices",
             Self::Materials => "scene_materials",
             Self::Lights => "scene_lights",
@@ -124,6 +130,7 @@ pub struct SceneSet {
     pub(super) scene: Sets,
     pub(super) materials: Sets,
     pub(super) vertices: Buffer,
+    previous_vertices: Option<Buffer>,
     pub(super) indices: Buffer,
     pub(super) chunks: Vec<Chunk>,
     /// Materials, lights.
@@ -192,6 +199,7 @@ impl SceneSet {
         let structures = query.map(|(structures, _)| structures.buffers());
         match ScenePart::ALL.into_iter().find(|part| part.name() == name)? {
             ScenePart::Vertices => Some(buffer(&self.vertices)),
+            ScenePart::PreviousVertices => self.previous_vertices.as_ref().map(buffer),
             ScenePart::Indices => Some(buffer(&self.indices)),
             ScenePart::Materials => Some(buffer(materials)),
             ScenePart::Lights => Some(buffer(lights)),
@@ -243,6 +251,14 @@ impl SceneSet {
         upload_buffer(gpu, buffer, bytes)
     }
 
+    /// Keeps the vertices as those of the frame before, where they move; waits. Call it before they are replaced.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn keep_vertices(&self, gpu: &Arc<Device>) -> Result<()> {
+        self.previous_vertices.as_ref().map_or(Ok(()), |previous| copy_buffer(gpu, &self.vertices, previous))
+    }
+
     /// Uploads a scene.
     ///
     /// # Errors
@@ -253,6 +269,8 @@ impl SceneSet {
         let vertex_usage = storage | vk::BufferUsageFlags::VERTEX_BUFFER | build_input;
         let vertices = storage_buffer(gpu, "scene vertices", data.vertices, vertex_usage)?;
         let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
+        let keep = || storage_buffer(gpu, "previous vertices", data.vertices, storage);
+        let previous_vertices = data.vertices_move.then(keep).transpose()?;
         let materials = storage_buffer(gpu, "materials", data.materials, storage)?;
         let lights = storage_buffer(gpu, "scene lights", data.lights, storage)?;
         let nodes = WordImage::new(gpu, "BVH nodes", data.nodes, data.node_capacity_bytes)?;
@@ -303,6 +321,7 @@ impl SceneSet {
             scene,
             materials: material_sets,
             vertices,
+            previous_vertices,
             indices,
             chunks: data.chunks.clone(),
             buffers: [materials, lights],

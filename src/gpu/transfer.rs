@@ -114,6 +114,18 @@ pub(super) fn upload_raw(gpu: &Arc<Device>, target: vk::Buffer, bytes: &[u8]) ->
     Ok(())
 }
 
+/// Copies a buffer to another one of its size, both with the usages of [`storage_buffer`].
+pub(super) fn copy_buffer(gpu: &Arc<Device>, source: &Buffer, target: &Buffer) -> Result<()> {
+    let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: source.size_bytes.min(target.size_bytes) }];
+    submit_once(gpu, |commands| {
+        // Frames before this one may have read what is replaced.
+        full_barrier(gpu, commands);
+        // SAFETY: both buffers are alive and large enough.
+        unsafe { gpu.device.cmd_copy_buffer(commands, source.raw, target.raw, &region) };
+        full_barrier(gpu, commands);
+    })
+}
+
 /// Every storage buffer holds at least so much.
 const LEAST_BYTES: usize = 64;
 

@@ -59,6 +59,7 @@ fn iteration(
             ("IS_FIRST", u32::from(number == 1)),
             // What is cut is lost to the mean.
             ("CUTS", u32::from(estimates.estimate != ShadowEstimate::Unbiased)),
+            ("HAS_DEVIATIONS", u32::from(estimates.has_deviations)),
         ],
         push: vec![step_px],
         ..shader(name, frame.per_pixel())

@@ -32,6 +32,8 @@ pub enum SurfaceView {
     Normal,
     /// Distance along the viewing direction.
     Depth,
+    /// How far it has moved in the picture since the frame before.
+    Motion(ImageHandle),
     /// Albedo times this lighting.
     Indirect(ImageHandle),
     /// S / U of the environment's light.
@@ -67,6 +69,7 @@ pub fn show_surface(frame: &mut Frame, gbuffer: &GBuffer, shown: SurfaceView) ->
         SurfaceView::Albedo => (0, [unused; 3]),
         SurfaceView::Normal => (1, [unused; 3]),
         SurfaceView::Depth => (2, [unused; 3]),
+        SurfaceView::Motion(motion) => (6, [motion, unused, unused]),
         SurfaceView::Indirect(lighting) => (3, [lighting, unused, unused]),
         SurfaceView::EnvironmentVisibility(estimates) => (5, [unused, estimates.shadowed, estimates.unshadowed]),
         SurfaceView::ShadowRatio(lighting, estimates) => (4, [lighting, estimates.shadowed, estimates.unshadowed]),

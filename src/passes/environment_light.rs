@@ -29,5 +29,11 @@ pub fn trace(frame: &mut Frame, gbuffer: &GBuffer, samples: u32) -> ShadowEstima
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    ShadowEstimates { shadowed, unshadowed, estimate: ShadowEstimate::Unbiased, label: "environment_" }
+    ShadowEstimates {
+        shadowed,
+        unshadowed,
+        estimate: ShadowEstimate::Unbiased,
+        has_deviations: false,
+        label: "environment_",
+    }
 }

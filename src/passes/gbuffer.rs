@@ -1,8 +1,9 @@
-//! `gbuffer`: rasterises the scene into albedo, normals and reversed-Z depth. Section 3.2's deferred renderer.
+//! `gbuffer`: rasterises the scene into albedo, normals and reversed-Z depth, and on demand where its surfaces were in the
+//! frame before. Section 3.2's deferred renderer.
 
 use ash::vk;
 
-use super::Frame;
+use super::{Frame, SurfaceMotion};
 use crate::gpu::{ColorTarget, DepthTarget, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work};
 use crate::graph::{Access, ImageHandle, Pass};
 
@@ -15,17 +16,72 @@ pub struct GBuffer {
     pub normals: ImageHandle,
     /// near / view z; 0 where there is no surface.
     pub depth: ImageHandle,
+    /// Where the surfaces were in the frame before, if the frame's shape asks for it.
+    pub motion: Option<MotionImages>,
+}
+
+/// What tells where a surface was in the frame before, and whether the surface there was the same.
+#[derive(Clone, Copy, Debug)]
+pub struct MotionImages {
+    /// Offset to the surface's place in the frame before in pixels, y down; its near / view z there, 0 where it was behind the
+    /// camera. Both are 0 where there is no surface.
+    pub motion: ImageHandle,
+    /// `normals` of the frame before.
+    pub previous_normals: ImageHandle,
+    /// `depth` of the frame before.
+    pub previous_depth: ImageHandle,
 }
 
 /// Adds the pass.
 pub fn add(frame: &mut Frame) -> GBuffer {
-    let albedo = frame.image("gbuffer_albedo", vk::Format::R16G16B16A16_SFLOAT);
-    let normals = frame.image("gbuffer_normals", vk::Format::R32G32_UINT);
-    let depth = frame.image("gbuffer_depth", vk::Format::D32_SFLOAT);
+    let gbuffer = declare(frame);
+    let targets: Vec<_> =
+        [gbuffer.albedo, gbuffer.normals].into_iter().chain(gbuffer.motion.map(|m| m.motion)).collect();
     let [width, height] = [frame.shape.width_px, frame.shape.height_px];
-    let draw = RasterDraw {
-        vertex: "gbuffer/draw_scene.vert".to_owned(),
-        fragment: "gbuffer/draw_scene.frag".to_owned(),
+    let work = RasterWork {
+        colors: targets.iter().map(|image| ColorTarget { target: (*image).into(), clear: Some([0; 4]) }).collect(),
+        depth: Some(DepthTarget { target: gbuffer.depth.into(), clear: Some(0.0), write: true }),
+        extent_px: [width, height],
+        draws: vec![draw(frame)],
+        uses_scene: true,
+    };
+    let pass = Pass::new("gbuffer", Work::Raster(work))
+        .bind("frame", frame.data, Access::GraphicsUniform)
+        .uses(gbuffer.depth, Access::DepthAttachmentWrite);
+    let pass = targets.into_iter().fold(pass, |pass, image| pass.uses(image, Access::ColorAttachmentWrite));
+    let moves = frame.shape.surface_motion == Some(SurfaceMotion::Vertices);
+    let previous = frame.scene.as_mut().filter(|_| moves).map(|scene| scene.declare_previous(&mut frame.graph));
+    let pass =
+        previous.into_iter().fold(pass, |pass, vertices| pass.bind("previous_vertices", vertices, Access::VertexRead));
+    frame.graph.add_pass(frame.scene.iter().fold(pass, |pass, scene| scene.drawn_by(pass)));
+    gbuffer
+}
+
+/// Normals and depth are handed on to the next frame where it asks for the motion of surfaces.
+fn declare(frame: &mut Frame) -> GBuffer {
+    let albedo = frame.image("gbuffer_albedo", vk::Format::R16G16B16A16_SFLOAT);
+    let (normals_format, depth_format) = (vk::Format::R32G32_UINT, vk::Format::D32_SFLOAT);
+    if frame.shape.surface_motion.is_none() {
+        let normals = frame.image("gbuffer_normals", normals_format);
+        let depth = frame.image("gbuffer_depth", depth_format);
+        return GBuffer { albedo, normals, depth, motion: None };
+    }
+    let normals = frame.history_image("gbuffer_normals", normals_format);
+    let depth = frame.history_image("gbuffer_depth", depth_format);
+    let motion = frame.image("gbuffer_motion", vk::Format::R32G32B32A32_SFLOAT);
+    let motion = MotionImages { motion, previous_normals: normals.previous, previous_depth: depth.previous };
+    GBuffer { albedo, normals: normals.current, depth: depth.current, motion: Some(motion) }
+}
+
+fn draw(frame: &Frame) -> RasterDraw {
+    let (vertex, fragment) = match frame.shape.surface_motion {
+        None => ("", ""),
+        Some(SurfaceMotion::Camera) => ("_motion", "_motion"),
+        Some(SurfaceMotion::Vertices) => ("_motion_vertices", "_motion"),
+    };
+    RasterDraw {
+        vertex: format!("gbuffer/draw_scene{vertex}.vert"),
+        fragment: format!("gbuffer/draw_scene{fragment}.frag"),
         constants: Vec::new(),
         // The material index, pushed per draw of the scene.
         push: vec![0],
@@ -36,24 +92,7 @@ pub fn add(frame: &mut Frame) -> GBuffer {
             cull: vk::CullModeFlags::NONE,
             scene_vertices: true,
         },
-        viewport: Viewport::whole(width, height),
+        viewport: Viewport::whole(frame.shape.width_px, frame.shape.height_px),
         call: DrawCall::Scene,
-    };
-    let work = RasterWork {
-        colors: vec![
-            ColorTarget { target: albedo.into(), clear: Some([0; 4]) },
-            ColorTarget { target: normals.into(), clear: Some([0; 4]) },
-        ],
-        depth: Some(DepthTarget { target: depth.into(), clear: Some(0.0), write: true }),
-        extent_px: [width, height],
-        draws: vec![draw],
-        uses_scene: true,
-    };
-    let pass = Pass::new("gbuffer", Work::Raster(work))
-        .bind("frame", frame.data, Access::GraphicsUniform)
-        .uses(albedo, Access::ColorAttachmentWrite)
-        .uses(normals, Access::ColorAttachmentWrite)
-        .uses(depth, Access::DepthAttachmentWrite);
-    frame.graph.add_pass(frame.scene.iter().fold(pass, |pass, scene| scene.drawn_by(pass)));
-    GBuffer { albedo, normals, depth }
+    }
 }

@@ -5,8 +5,8 @@ use ash::vk;
 use super::light_shape::LightShape;
 use crate::light_grid::Levels;
 use crate::settings::{
-    CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate, ShadowFilter,
-    ShadowPoints,
+    Antilag, CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate, ShadowFilter,
+    ShadowPoints, Temporal,
 };
 
 /// Sizes, capacities and modes of the hierarchy and of what is lit by it.
@@ -44,6 +44,10 @@ pub struct LghShape {
     pub scatter: FirstLevelBuild,
     /// Filter of the shadow estimates.
     pub filter: ShadowFilter,
+    /// What is taken over from the frames before.
+    pub temporal: Temporal,
+    /// What is done where that is outdated.
+    pub antilag: Antilag,
     /// Format of the additively blended lighting.
     pub lighting_format: vk::Format,
     /// Count the lights that each pixel tests (slower; for statistics frames).

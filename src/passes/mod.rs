@@ -45,6 +45,7 @@ pub mod reference;
 pub mod scene;
 pub mod shadow_rays;
 pub mod structures;
+pub mod temporal;
 pub mod tone_map;
 pub mod vpl_trace;
 
@@ -52,7 +53,7 @@ use ash::vk;
 
 use self::scene::SceneParts;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
-use crate::graph::{Access, BufferHandle, Graph, ImageHandle, ImageInfo, Pass, PassId};
+use crate::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass, PassId};
 use crate::job::Job;
 use crate::settings::{Rays, ShadowFilter, View};
 use crate::shader::spirv;
@@ -77,8 +78,19 @@ pub struct FrameShape {
     pub view: View,
     /// Say everything about one pixel ([`inspect`]).
     pub inspect: bool,
+    /// How the G-buffer finds where its surfaces were in the frame before; `None` where nobody asks.
+    pub surface_motion: Option<SurfaceMotion>,
     /// Frames may use the lights of the frame before again, and what is built over them ([`Frame::kept`]).
     pub keeps_lights: bool,
+}
+
+/// What moves surfaces in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurfaceMotion {
+    /// The camera alone.
+    Camera,
+    /// The camera, and vertices of the scene.
+    Vertices,
 }
 
 /// How direct light of the environment is sampled.
@@ -106,6 +118,7 @@ impl FrameShape {
             rays: settings.tracing.rays,
             view: settings.render.view,
             inspect: settings.output.inspect.is_some(),
+            surface_motion: None,
             keeps_lights: false,
         }
     }
@@ -234,6 +247,12 @@ impl Frame {
     pub fn kept_image(&mut self, name: &str, format: vk::Format) -> ImageHandle {
         let info = self.image_info(format);
         self.graph.persistent_image(name, info)
+    }
+
+    /// An image of the picture's size of which the next frame reads what this one writes.
+    pub fn history_image(&mut self, name: &str, format: vk::Format) -> History<ImageHandle> {
+        let info = self.image_info(format);
+        self.graph.history_image(name, info)
     }
 
     fn image_info(&self, format: vk::Format) -> ImageInfo {

@@ -12,6 +12,8 @@ use crate::settings::Rays;
 pub struct SceneParts {
     /// Scene vertices.
     pub vertices: BufferHandle,
+    /// The vertices of the frame before; `None` where they are the same in all frames, or are not needed.
+    pub previous_vertices: Option<BufferHandle>,
     /// Three indices per triangle.
     pub indices: BufferHandle,
     /// `GpuMaterial`s.
@@ -51,7 +53,24 @@ impl SceneParts {
         let mut image = |part: ScenePart| graph.imported_image(part.name(), words);
         let triangles = image(ScenePart::Triangles);
         let walked = structures.map_or_else(|| Walked::Bvh(image(ScenePart::Nodes)), Walked::Structures);
-        Self { vertices, indices, materials, lights, environment, environment_table, triangles, walked }
+        let previous_vertices = None;
+        Self {
+            vertices,
+            previous_vertices,
+            indices,
+            materials,
+            lights,
+            environment,
+            environment_table,
+            triangles,
+            walked,
+        }
+    }
+
+    /// Declares the vertices of the frame before.
+    pub fn declare_previous(&mut self, graph: &mut Graph<Work>) -> BufferHandle {
+        let part = ScenePart::PreviousVertices.name();
+        *self.previous_vertices.get_or_insert_with(|| graph.imported_buffer(part))
     }
 
     /// A compute pass that traces rays, looks at what they hit, and reads the scene's lights and environment.

@@ -21,6 +21,8 @@ pub struct ShadowEstimates {
     pub unshadowed: ImageHandle,
     /// What the picture is made of.
     pub estimate: ShadowEstimate,
+    /// The alpha of S is a standard deviation before the filter as well, below 0 where it is not known.
+    pub has_deviations: bool,
     /// Begins the names of what the filter makes of them.
     pub label: &'static str,
 }
@@ -57,7 +59,7 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, samples: &Sam
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    ShadowEstimates { shadowed, unshadowed, estimate: shape.shadow_estimate, label: "" }
+    ShadowEstimates { shadowed, unshadowed, estimate: shape.shadow_estimate, has_deviations: false, label: "" }
 }
 
 /// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs.

@@ -89,6 +89,7 @@ impl Renderer {
         self.camera = job.camera.clone();
         self.seed = job.settings.tracing.seed;
         self.data = frame_data(job, &self.shapes);
+        self.vertex_moves[0] = job.scene.vertex_moves();
     }
 
     /// Replaces the scene's directional and spot lights with the next frame.

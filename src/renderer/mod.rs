@@ -49,6 +49,8 @@ pub struct Renderer {
     last_data: FrameData,
     /// Whether the next frame has other lights or geometry of the scene.
     scene_changed: bool,
+    /// How often the scene's vertices have moved until the next frame, and until the last one.
+    vertex_moves: [u64; 2],
     /// The constants that the lights of the last frame follow from, where they may be used again.
     lights_of: Option<Vec<u8>>,
     shapes: Shapes,
@@ -102,6 +104,7 @@ impl Renderer {
             data,
             last_data: data,
             scene_changed: false,
+            vertex_moves: [job.scene.vertex_moves(); 2],
             lights_of: None,
             shapes,
             live,
@@ -147,9 +150,18 @@ impl Renderer {
 
     /// Tells the frame that is about to be submitted what it follows.
     fn follow_last_frame(&mut self) {
+        let [moves, moves_before] = self.vertex_moves;
+        // The device has where vertices were before they last moved, but not where they were still earlier.
+        if moves > moves_before + 1 {
+            self.cut();
+        }
+        self.vertex_moves[1] = moves;
         let valid = self.executor.history_is_valid();
         let last = if valid { self.last_data } else { self.data };
         (self.data.previous_clip_from_world, self.data.previous_eye_ws) = (last.clip_from_world, last.eye_ws);
+        (self.data.previous_forward_ws, self.data.previous_near) = (last.forward_ws, last.near);
+        (self.data.previous_right_ws, self.data.previous_up_ws) = (last.right_ws, last.up_ws);
+        self.data.vertices_moved = (valid && moves > moves_before).into();
         self.data.history_is_valid = valid.into();
         let stands = valid && !self.scene_changed && without_view(&self.data) == without_view(&last);
         self.data.scene_stands = stands.into();
@@ -296,6 +308,11 @@ fn without_view(data: &FrameData) -> Vec<u8> {
         right_ws: [0.0; 3],
         up_ws: [0.0; 3],
         near: 0.0,
+        previous_forward_ws: [0.0; 3],
+        previous_near: 0.0,
+        previous_right_ws: [0.0; 3],
+        previous_up_ws: [0.0; 3],
+        vertices_moved: 0,
         jitter_x_px: 0.0,
         jitter_y_px: 0.0,
         rasteriser_step: 0.0,

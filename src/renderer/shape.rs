@@ -2,8 +2,8 @@
 
 use super::Job;
 use crate::error::{Error, Result};
-use crate::passes::FrameShape;
-use crate::settings::Rays;
+use crate::passes::{FrameShape, SurfaceMotion};
+use crate::settings::{Rays, View};
 use crate::techniques::{Shapes, Technique, TechniqueShape, check_with};
 use crate::uploaded_scene::check_rays;
 
@@ -27,12 +27,20 @@ pub(super) fn checked_shapes(
     Ok(shapes)
 }
 
+/// What of the motion of surfaces the frame needs to know, if anything.
+fn surface_motion(technique: &dyn Technique, job: &Job<'_>) -> Option<SurfaceMotion> {
+    let needed = job.settings.render.view == View::MotionVectors || technique.reprojects(job);
+    let by = if job.scene.has_moving_vertices() { SurfaceMotion::Vertices } else { SurfaceMotion::Camera };
+    needed.then_some(by)
+}
+
 /// The same without checks that need no device.
 pub(super) fn shapes(technique: &dyn Technique, job: &Job<'_>, known: Option<&dyn TechniqueShape>) -> Result<Shapes> {
     let mut frame = FrameShape::new(job);
     if let Some(environment) = &mut frame.environment {
         environment.is_filtered &= technique.filters_environment(job.settings);
     }
+    frame.surface_motion = surface_motion(technique, job);
     check_rays(job.gpu, frame.rays)?;
     if frame.rays == Rays::Query && !job.scene.has_structures {
         return Err(Error::Failure("the scene was uploaded without acceleration structures".to_owned()));

@@ -74,8 +74,8 @@ settings_group! {
     /// What the picture shows, and which technique renders it.
     #[command(next_help_heading = "Method")]
     pub struct RenderSettings: Technique {
-        /// What the picture shows: final, albedo, normal, depth, direct, environment-visibility, indirect,
-        /// shadow-ratio, shadow-ratio-filtered, selected-level, lights-tested, light-count, level-weights, vpls, or for
+        /// What the picture shows: final, albedo, normal, depth, motion-vectors, direct, environment-visibility,
+        /// indirect, shadow-ratio, shadow-ratio-filtered, selected-level, lights-tested, light-count, level-weights, vpls, or for
         /// pbgi primary-points, secondary-points (both also with -above), cache-count, cache-weights or cache-misses;
         /// all writes each to a file named after --output [default: final]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "NAME", help_heading = "Picture")]

@@ -121,6 +121,8 @@ pub enum View {
     Normal,
     /// Distance along the viewing direction.
     Depth,
+    /// How far surfaces have moved in the picture since the frame before.
+    MotionVectors,
     /// Direct light.
     Direct,
     /// Fraction of the environment's light that reaches the surface.
@@ -278,6 +280,28 @@ pub enum ShadowFilter {
     Atrous,
     /// No filter.
     None,
+}
+
+/// What frames take over from the frames before them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Temporal {
+    /// Nothing.
+    Off,
+    /// Shadow estimates per unit of the unshadowed lighting, as in the paper.
+    Shadows,
+    /// Shadow estimates and unshadowed lighting.
+    Indirect,
+}
+
+/// What means over the frames before do where the light has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Antilag {
+    /// Nothing.
+    Off,
+    /// In tiles of pixels whose light differs by more than its noise, the frames before count less.
+    Tiles,
 }
 
 /// Tone curve from exposed radiance to a display.

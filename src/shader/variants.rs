@@ -35,6 +35,8 @@ type VariantSpec = (&'static str, &'static [(&'static str, &'static str)]);
 const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("atrous/filter_shadows.comp.glsl", FILTERS),
     ("cache_gather/shade_tiles.comp.glsl", CACHES),
+    ("gbuffer/draw_scene.frag.glsl", MOTION),
+    ("gbuffer/draw_scene.vert.glsl", MOVING_VERTICES),
     ("exclusive_scan/reduce_blocks.comp.glsl", SCANNED),
     ("exclusive_scan/scan_blocks.comp.glsl", SCANNED),
     ("light_gather/shade_tiles.comp.glsl", GATHERS),
@@ -42,6 +44,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("light_volumes/shade_light_volume.frag.glsl", RESERVOIR_MODES),
     ("light_volumes/shade_top_level.frag.glsl", RESERVOIR_MODES),
     ("shadow_rays/trace_shadow_rays.comp.glsl", RAYS),
+    ("temporal/reproject.comp.glsl", HISTORIES),
     ("vpl_trace/trace_paths.comp.glsl", RAYS),
     ("direct_light/shade_direct.comp.glsl", RAYS),
     ("environment_light/sample_environment.comp.glsl", RAYS),
@@ -85,8 +88,21 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
     ("_exact", &[("RESERVOIR_EXACT", "1")]),
 ];
 
+/// What is on the surfaces alone, or with their motion.
+const MOTION: &[VariantSpec] = &[("", &[]), ("_motion", &[("FINDS_MOTION", "1")])];
+
+/// The same for vertices, which may have moved themselves.
+const MOVING_VERTICES: &[VariantSpec] = &[
+    ("", &[]),
+    ("_motion", &[("FINDS_MOTION", "1")]),
+    ("_motion_vertices", &[("FINDS_MOTION", "1"), ("VERTICES_MOVE", "1")]),
+];
+
 /// The shadowed estimate alone, or both.
 const FILTERS: &[VariantSpec] = &[("", &[]), ("_both", &[("FILTERS_UNSHADOWED", "1")])];
+
+/// Histories of the shadow estimates, or of the lighting as well.
+const HISTORIES: &[VariantSpec] = &[("", &[]), ("_lighting", &[("KEEPS_LIGHTING", "1")])];
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];

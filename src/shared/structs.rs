@@ -124,6 +124,18 @@ shared_structs! {
         pub scene_stands: u32,
         /// VPLs whose flux has more luminance than this stand for larger discs, and their `clamp_squared` is as much larger.
         pub large_vpl_luminance: f32,
+        /// Of the frame before, `forward_ws`; like all of these this frame's own where the history is not valid.
+        pub previous_forward_ws: [f32; 3],
+        /// Of the frame before, `near`.
+        pub previous_near: f32,
+        /// Of the frame before, `right_ws`.
+        pub previous_right_ws: [f32; 3],
+        /// 1 when vertices of the scene have moved since the frame before, and `previous_vertices` has where they were.
+        pub vertices_moved: u32,
+        /// Of the frame before, `up_ws`.
+        pub previous_up_ws: [f32; 3],
+        /// Unused.
+        pub padding_2: u32,
     }
 
     /// A material as traced rays see it.
@@ -395,5 +407,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 144);
+    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 192);
 };

@@ -84,6 +84,11 @@ pub trait Technique: Sync {
         !self.is_reference()
     }
 
+    /// Whether its frames look up what the frame before had of the same surfaces.
+    fn reprojects(&self, _job: &Job<'_>) -> bool {
+        false
+    }
+
     /// Settings for two independent parts of a frame's samples; their difference tells the noise of their mean.
     /// `None` where there is nothing to divide.
     fn halves(&self, _settings: &Settings) -> Option<[Settings; 2]> {

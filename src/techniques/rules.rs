@@ -27,7 +27,16 @@ pub fn check_with(technique: &dyn Technique, settings: &Settings) -> Result<()> 
 
 /// Whether a view shows what every frame has.
 pub(super) fn is_of_every_frame(view: View) -> bool {
-    matches!(view, View::Final | View::Albedo | View::Normal | View::Depth | View::Direct | View::EnvironmentVisibility)
+    matches!(
+        view,
+        View::Final
+            | View::Albedo
+            | View::Normal
+            | View::Depth
+            | View::MotionVectors
+            | View::Direct
+            | View::EnvironmentVisibility
+    )
 }
 
 fn has(technique: &dyn Technique, view: View) -> bool {
@@ -70,7 +79,7 @@ mod tests {
     use clap::ValueEnum;
 
     use super::*;
-    use crate::settings::{LightSet, LightingMode, Reservoir, ShadowFilter, Switch, Technique as Named};
+    use crate::settings::{LightSet, LightingMode, Reservoir, ShadowFilter, Switch, Technique as Named, Temporal};
 
     fn complaint(change: impl FnOnce(&mut Settings)) -> String {
         let error = check(&Settings::default().changed(change)).expect_err("a usage error");
@@ -150,6 +159,16 @@ mod tests {
         );
         let sentence = complaint(|s| (s.render.direct, s.render.view) = (Switch::Off, View::Direct));
         assert_eq!(sentence, "--view direct needs direct light: leave --direct on");
+    }
+
+    #[test]
+    fn what_frames_cannot_take_over_is_named() {
+        let shadows = Some(Temporal::Shadows);
+        let sentence = complaint(|s| (s.lgh.temporal, s.render.accumulate) = (shadows, 4));
+        assert!(sentence.starts_with("--temporal shadows needs frames that follow each other"), "{sentence}");
+        assert!(sentence.contains("--accumulate 4"), "{sentence}");
+        let sentence = complaint(|s| (s.lgh.temporal, s.many_lights.shadow_samples) = (shadows, 0));
+        assert_eq!(sentence, "--temporal shadows needs shadow samples, and --shadow-samples 0 leaves none");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Settings that have no effect on a picture as the others are, and why: the panel shows them grey.
 
-use crate::settings::{EnvironmentSource, MicroFill, Settings};
+use crate::settings::{EnvironmentSource, MicroFill, Settings, Temporal};
 use crate::techniques;
 
 const LGH: &[&str] = &["lgh"];
@@ -11,7 +11,19 @@ const POINTS: &[&str] = &["pbgi", "final-gather", "pbgi-reference"];
 /// Keys of settings, and the techniques that read them. All techniques read those that are not here.
 const READERS: &[(&[&str], &[&str])] = &[
     (&["levels", "alpha", "lobe", "center", "build", "scatter", "shadow-from"], HIERARCHIES),
-    (&["first-level", "interleave", "shadow-points", "shadow-estimate", "lighting", "reservoir"], LGH),
+    (
+        &[
+            "first-level",
+            "interleave",
+            "shadow-points",
+            "shadow-estimate",
+            "lighting",
+            "reservoir",
+            "temporal",
+            "antilag",
+        ],
+        LGH,
+    ),
     (&["lights", "vpls", "vpl-importance", "clamp", "shadows", "shadow-samples"], MANY_LIGHTS),
     (&["bounces"], &["lgh", "final-gather", "brute-force", "path-trace"]),
     (&["points", "micro", "coverage", "hemisphere", "sun-leaves"], POINTS),
@@ -20,7 +32,7 @@ const READERS: &[(&[&str], &[&str])] = &[
     (&["samples"], &["path-trace"]),
 ];
 /// Settings of shadow rays.
-const OF_SHADOWS: &[&str] = &["shadow-from", "shadow-points", "shadow-estimate", "reservoir"];
+const OF_SHADOWS: &[&str] = &["shadow-from", "shadow-points", "shadow-estimate", "reservoir", "temporal", "antilag"];
 
 /// Why a setting has no effect on the picture as the others are, as a sentence without its first words: "with --micro rays".
 /// `None` where it has one.
@@ -36,6 +48,7 @@ pub fn why_unused(settings: &Settings, key: &str) -> Option<String> {
     let reason = match key {
         _ if (of_shadows || key == "shadow-samples") && !lights.shadows.is_on() => "with --shadows off",
         _ if of_shadows && lights.shadow_samples == 0 => "with --shadow-samples 0",
+        "antilag" if settings.lgh.temporal == Some(Temporal::Off) => "with --temporal off",
         "coverage" if settings.pbgi.micro == MicroFill::Rays => "with --micro rays",
         "environment-scale" | "environment-turn" | "environment-samples"
             if settings.environment.source == Some(EnvironmentSource::None) =>

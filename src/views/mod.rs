@@ -49,7 +49,9 @@ pub fn color_map(view: View) -> Option<ColorMap> {
             Some(ColorMap { colors: &[0x000000, 0xffffff], end: Some(1.0) })
         }
         View::SelectedLevel => Some(ColorMap { colors: &LEVEL_COLORS, end: Some(MAX_LEVEL as f32) }),
-        View::LightsTested | View::LightCount | View::CacheCount => Some(ColorMap { colors: INFERNO, end: None }),
+        View::MotionVectors | View::LightsTested | View::LightCount | View::CacheCount => {
+            Some(ColorMap { colors: INFERNO, end: None })
+        }
         View::PrimaryPoints | View::PrimaryPointsAbove => Some(numbered(&LEVEL_COLORS)),
         View::SecondaryPoints | View::SecondaryPointsAbove => Some(numbered(&LIGHT_COLORS)),
         View::CacheMisses => Some(numbered(&MISS_COLORS)),
@@ -107,6 +109,7 @@ fn word_patches(colors: &[u32], words: &[&str]) -> Scale {
 pub fn legend_of(view: View, levels: [u32; 2], measured_end: f32) -> Option<(&'static str, Scale)> {
     let title = match view {
         View::Depth => "depth, m",
+        View::MotionVectors => "moved, pixels",
         View::EnvironmentVisibility => "S / U of the environment",
         View::ShadowRatio => "S / U, unfiltered",
         View::ShadowRatioFiltered => "S / U, filtered",

@@ -177,6 +177,8 @@ pub fn shape(options: Options) -> LghShape {
         build: options.build,
         scatter: if options.build == LevelBuild::Scatter { FirstLevelBuild::Atomic } else { FirstLevelBuild::Sorted },
         filter: ShadowFilter::None,
+        temporal: gridlight::settings::Temporal::Off,
+        antilag: gridlight::settings::Antilag::Off,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
         count_lights_tested: false,
     }
@@ -193,6 +195,7 @@ pub fn frame_shape() -> FrameShape {
         rays: gridlight::settings::Rays::Bvh,
         view: View::Final,
         inspect: false,
+        surface_motion: None,
         keeps_lights: false,
     }
 }

@@ -7,6 +7,7 @@ pub mod counter;
 pub mod frames;
 pub mod hierarchy;
 pub mod light_sets;
+pub mod picture;
 pub mod points;
 pub mod rooms;
 pub mod written;

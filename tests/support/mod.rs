@@ -1,6 +1,7 @@
 //! Runs the built program, and makes small scenes for it.
 #![allow(dead_code, reason = "every test binary uses its own part of this")]
 
+pub mod animated;
 pub mod golden;
 pub mod xvfb;
 

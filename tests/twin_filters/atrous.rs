@@ -5,8 +5,8 @@ use gridlight::settings::{Settings, ShadowEstimate};
 
 use crate::common;
 use crate::common::compare::Verdict;
+use crate::common::picture::{Frame, SIZES, Texel, compare_texels};
 use crate::common::rooms::{folding_screen, furnished_room};
-use crate::picture::{Frame, SIZES, Texel, compare_texels};
 
 /// For powers and exponentials, whose precision is the device's.
 const TOLERANCE: [f64; 2] = [1e-3, 1e-7];

@@ -4,8 +4,8 @@ use gridlight::settings::{Settings, Size};
 
 use crate::common;
 use crate::common::compare::{Verdict, exact};
+use crate::common::picture::{Frame, SIZES, Texel, compare_texels};
 use crate::common::rooms::{folding_screen, furnished_room};
-use crate::picture::{Frame, SIZES, Texel, compare_texels};
 
 /// Sums of up to five floats, some in another order.
 const TOLERANCE: [f64; 2] = [1e-5, 1e-30];

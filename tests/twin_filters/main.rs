@@ -5,4 +5,3 @@ mod atrous;
 #[path = "../common/mod.rs"]
 mod common;
 mod interleave;
-mod picture;

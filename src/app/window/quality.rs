@@ -1,7 +1,7 @@
 //! What is rendered while something moves, and what at rest: the settings in use, made cheaper in steps where the device needs
 //! that. `--render-scale F` renders the settings as they are, at that scale.
 
-use crate::settings::{RenderScale, Settings, ShadowPoints, Size, Switch, Technique, View};
+use crate::settings::{RenderScale, Settings, ShadowPoints, Size, Switch, Technique, Temporal, View};
 use crate::techniques;
 
 /// While something moves pictures have no more lights than this, on a device that is too slow for those asked for.
@@ -121,7 +121,14 @@ impl Plan {
         } else if let Way::Adapts(_) = self.way {
             new = for_mean(new);
         }
+        if let (Quality::Moving, Way::Adapts(_)) = (quality, self.way) {
+            new = changed_if_valid(new, |s| s.lgh.temporal = s.lgh.temporal.or(Some(Temporal::Shadows)));
+        }
         new.render.accumulate = if quality == Quality::Full { self.goal() } else { 1 };
+        if new.render.accumulate > 1 {
+            // The frames of a mean are independent.
+            new.lgh.temporal = None;
+        }
         new.picture.size = picture_size(self.window_px, scale, new.lgh.interleave);
         new
     }
@@ -236,7 +243,11 @@ mod tests {
         assert_eq!(moving.picture.size, Size { width: 240, height: 135 });
         assert_eq!((moving.many_lights.vpls, moving.many_lights.shadow_samples), (MOVING_VPLS, 1));
         assert_eq!((moving.lgh.interleave, moving.render.accumulate), (MOVING_INTERLEAVE, 1));
-        assert_eq!(moving.lgh.shadow_points, ShadowPoints::Deviation);
+        assert_eq!((moving.lgh.shadow_points, moving.lgh.temporal), (ShadowPoints::Deviation, Some(Temporal::Shadows)));
+        let asked = Settings::default().changed(|s| s.lgh.temporal = Some(Temporal::Off));
+        assert_eq!(plan.settings(Quality::Moving, &asked).lgh.temporal, Some(Temporal::Off));
+        let asked = Settings::default().changed(|s| s.lgh.temporal = Some(Temporal::Indirect));
+        assert_eq!(plan.settings(Quality::Full, &asked).lgh.temporal, None, "a mean");
         let points = Settings::default().changed(|s| s.render.technique = Technique::Pbgi);
         let moving = plan.settings(Quality::Moving, &points);
         assert_eq!((moving.pbgi.points, moving.pbgi.reuse), (MOVING_POINTS, Switch::On));

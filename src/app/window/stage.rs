@@ -73,6 +73,8 @@ pub struct Side {
     measured_with: Option<Settings>,
     /// The round that a frame which was stopped goes on with.
     next_round: Option<u32>,
+    /// Frames with samples of their own so far.
+    frames: u32,
 }
 
 /// The compiled frames of one quality.
@@ -344,7 +346,7 @@ impl Stage {
         let job = Job::new(&self.gpu, &self.uploaded, wanted.camera, settings);
         let renderer = Renderer::for_window(&job, wanted.inspects, self.measured_for(settings)?)?;
         let show = Show::new(&self.gpu, renderer.shown_picture(), self.window, part)?;
-        Ok(Side { renderer, show, measured_with: Some(settings.clone()), next_round: None })
+        Ok(Side { renderer, show, measured_with: Some(settings.clone()), next_round: None, frames: 0 })
     }
 
     /// What was measured of the scene for settings like these.
@@ -510,8 +512,13 @@ impl FrameSet {
 impl Side {
     fn prepare(&mut self, job: &Job<'_>, request: &Request<'_>) {
         self.renderer.update(job);
-        if self.renderer.shapes().frame.accumulate {
+        let frame = &self.renderer.shapes().frame;
+        if frame.accumulate {
             self.renderer.set_accumulated_frame(request.number, Fresh::All);
+        } else if frame.surface_motion.is_some() {
+            // What is taken over from earlier frames calms only samples that are others in every frame.
+            self.frames = self.frames.wrapping_add(1);
+            self.renderer.set_accumulated_frame(self.frames, Fresh::Shadows);
         }
         if let Some([x, y]) = request.inspected {
             let pixel = |at: f32, edge: u32| ((at * edge as f32) as u32).min(edge.saturating_sub(1));

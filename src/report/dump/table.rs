@@ -36,6 +36,12 @@ pub const TABLE: &[Entry] = &[
         "Shading and geometric normal of the visible surface, octahedral.",
     ),
     image("gbuffer_depth", "near / view z", DEPTH, "Reversed depth of the visible surface, 0 where there is none."),
+    image(
+        "gbuffer_motion",
+        "pixels; near / view z",
+        RGBA,
+        "Offset in pixels to where the visible surface was in the frame before, y down, its reversed depth there, 0 where it was behind the camera, and 0.",
+    ),
     buffer("scan_block_sums_*", COUNT, all_words, "Set bits of each block of words."),
     image(
         "environment_shadowed*",

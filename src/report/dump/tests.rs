@@ -25,6 +25,7 @@ fn frame_shape() -> FrameShape {
         rays: crate::settings::Rays::Bvh,
         view: View::Final,
         inspect: false,
+        surface_motion: None,
         keeps_lights: false,
     }
 }
@@ -60,6 +61,8 @@ fn lgh() -> LghShape {
         build: LevelBuild::Cascade,
         scatter: FirstLevelBuild::Sorted,
         filter: ShadowFilter::Atrous,
+        temporal: crate::settings::Temporal::Off,
+        antilag: crate::settings::Antilag::Off,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,
         count_lights_tested: true,
     }

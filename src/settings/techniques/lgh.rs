@@ -4,8 +4,8 @@ use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{above_zero, require, within};
 use crate::settings::{
-    CenterWeight, FirstLevelBuild, LevelBuild, Levels, LightingMode, Lobe, Reservoir, ShadowEstimate, ShadowFilter,
-    ShadowPoints,
+    Antilag, CenterWeight, FirstLevelBuild, LevelBuild, Levels, LightingMode, Lobe, Reservoir, ShadowEstimate,
+    ShadowFilter, ShadowPoints, Temporal,
 };
 use crate::shared::{MAX_LEVEL, MIN_TOP_LEVEL};
 
@@ -70,6 +70,14 @@ settings_group! {
         /// Filter of the shadow estimates [default: atrous]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "atrous|none", help_heading = "Shadows")]
         pub filter: ShadowFilter = ShadowFilter::Atrous,
+        /// Means over the frames before: of nothing, of the shadow estimates as in the paper, or of all indirect light, which is calmer
+        /// and lags behind changes of light [default: off]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "off|shadows|indirect", help_heading = "Shadows")]
+        pub temporal: Option<Temporal> = None,
+        /// What these means do where the light has changed: nothing, or give up what the frames before know in tiles of 8x8 pixels whose
+        /// light differs by more than its noise [default: off]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "off|tiles", help_heading = "Shadows")]
+        pub antilag: Antilag = Antilag::Off,
     }
 }
 

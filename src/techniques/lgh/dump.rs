@@ -153,6 +153,48 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         "Bit 0 where there is an edge towards the right neighbour, bit 1 towards the one below.",
     ),
     image(
+        "reprojected_*",
+        "that of the history",
+        RGBA,
+        "What was found of the image temporal_* for the visible surface, where it was in the frame before; 0 where it was not in sight.",
+    ),
+    image(
+        "temporal_shadowed",
+        "flux-weighted luminance",
+        RGBA,
+        "Mean over the frames of S per unit, or of S itself with --temporal indirect; A is the number of frames, at most 20.",
+    ),
+    image(
+        "temporal_unshadowed",
+        "flux-weighted luminance",
+        RGBA,
+        "Mean of U over the same frames; A is the variance of one frame's shadowed luminance.",
+    ),
+    image(
+        "temporal_lighting",
+        LIGHTING,
+        RGBA,
+        "Mean over the same frames of the unshadowed lighting; A is the mean of what the estimates are per unit of.",
+    ),
+    image(
+        "temporal_tiles",
+        "luminance per unit",
+        RGBA,
+        "For each 8x8 tile the mean shadowed light of the frame, the variance of such means, the share of the history that is given up, and the number of frames.",
+    ),
+    image(
+        "shadowed_blended",
+        "flux-weighted luminance",
+        RGBA,
+        "The mean of S for the filter, per unit; A is its standard deviation, -1 where too few frames tell it.",
+    ),
+    image(
+        "unshadowed_blended",
+        "flux-weighted luminance",
+        RGBA,
+        "The mean of U for the filter. Both are per unit of its alpha.",
+    ),
+    image(
         "shadowed*",
         "flux-weighted luminance",
         RGBA,

@@ -17,7 +17,7 @@ use crate::job::Job;
 use crate::passes::Frame;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
-use crate::settings::{Settings, ShadowEstimate, ShadowFilter, ShadowPoints, View, name};
+use crate::settings::{Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Temporal, View, name};
 use crate::shared::{FrameData, InspectedPixel};
 use crate::uploaded_scene::UploadedScene;
 
@@ -55,6 +55,9 @@ impl Technique for Lgh {
         if needs_shadows(view) {
             settings.require_shadow_samples(&format!("--view {}", name(&view)))?;
         }
+        if let Some(temporal) = settings.lgh.temporal.filter(|temporal| *temporal != Temporal::Off) {
+            check_temporal(settings, &name(&temporal))?;
+        }
         let (estimate, points) = (settings.lgh.shadow_estimate_or_default(), settings.lgh.shadow_points);
         require(estimate == ShadowEstimate::Ratio || points == ShadowPoints::Descent, || {
             let estimate = name(&estimate);
@@ -87,6 +90,11 @@ impl Technique for Lgh {
         Ok(Box::new(measured_shape(job, known.and_then(|known| known.as_any().downcast_ref()))?))
     }
 
+    fn reprojects(&self, job: &Job<'_>) -> bool {
+        let shows = matches!(job.settings.render.view, View::Final | View::ShadowRatioFiltered);
+        shows && temporal_mode(job) != Temporal::Off
+    }
+
     fn keeps_measures(&self, now: &Settings, before: &Settings) -> bool {
         many_lights::keeps_measures(now, before, |settings| settings.lgh.measured())
     }
@@ -110,6 +118,25 @@ pub(super) fn measured_shape(job: &Job<'_>, known: Option<&LghShape>) -> Result<
         measure::check_shadow_levels(job, &shape)?;
     }
     Ok(shape)
+}
+
+/// Checks that there is something that frames can take over from those before.
+fn check_temporal(settings: &Settings, temporal: &str) -> Result<()> {
+    settings.require_shadow_samples(&format!("--temporal {temporal}"))?;
+    let frames = settings.render.accumulate;
+    require(frames == 1, || {
+        format!(
+            "--temporal {temporal} needs frames that follow each other, and --accumulate {frames} takes the mean of independent ones: leave one of them out"
+        )
+    })
+}
+
+/// What is taken over from the frames before. Frames of a mean are to be independent.
+fn temporal_mode(job: &Job<'_>) -> Temporal {
+    let settings = job.settings;
+    let has_samples = settings.many_lights.shadows.is_on() && settings.many_lights.shadow_samples > 0;
+    let asked = settings.lgh.temporal.unwrap_or(Temporal::Off);
+    if has_samples && settings.render.accumulate == 1 { asked } else { Temporal::Off }
 }
 
 /// Whether a view shows what becomes of shadow samples.
@@ -158,6 +185,7 @@ impl TechniqueShape for LghShape {
     fn note_choices(&self, settings: &mut Settings) {
         settings.lgh.reservoir = Some(self.reservoir);
         settings.lgh.shadow_estimate = Some(self.shadow_estimate);
+        settings.lgh.temporal = Some(self.temporal);
     }
 
     fn level_range(&self) -> [u32; 2] {

@@ -13,11 +13,12 @@ use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_volumes::Lighting;
 use crate::passes::merge::MergedLights;
 use crate::passes::shadow_rays::{Samples, ShadowEstimates};
+use crate::passes::temporal::{Light, Reuse};
 use crate::passes::{
     Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, inspect, interleave,
-    light_buckets, light_gather, light_volumes, merge, shadow_rays,
+    light_buckets, light_gather, light_volumes, merge, shadow_rays, temporal,
 };
-use crate::settings::{FirstLevelBuild, LevelBuild, LightingMode, ShadowFilter, ShadowPoints};
+use crate::settings::{FirstLevelBuild, LevelBuild, LightingMode, ShadowFilter, ShadowPoints, Temporal};
 
 /// Buffers of the hierarchy that outlive the frame.
 #[derive(Clone, Copy, Debug)]
@@ -49,11 +50,12 @@ impl HierarchyOutputs {
 pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Added {
     let mut hierarchy = add_hierarchy(frame, shape, shape.lights.shadow_samples > 0);
     let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
-    let shadows = lit.lighting.reservoirs.map(|_| {
+    let filtered = lit.lighting.reservoirs.map(|_| {
         let estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
         filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::ForPicture)
     });
-    let indirect = Indirect { lighting: lit.composite.lighting, shadows, has_share: false };
+    let lighting = filtered.map_or(lit.composite.lighting, |light| light.lighting);
+    let indirect = Indirect { lighting, shadows: filtered.map(|light| light.estimates), has_share: false };
     let (samples, shape_seen) = (samples(&hierarchy, &lit), shape.clone());
     let inspect: InspectPass =
         Box::new(move |frame, gbuffer, seen| inspect::add_with_lights(frame, &shape_seen, gbuffer, seen, &samples));
@@ -136,7 +138,8 @@ fn samples(hierarchy: &HierarchyOutputs, lit: &Lit) -> Samples {
     Samples { merged, lighting: image, reservoirs, lights, placement, grid, descent }
 }
 
-/// Takes the interleaving pattern and the noise out of the estimates.
+/// Takes the interleaving pattern and the noise out of the estimates, by way of the frames before where there is motion to
+/// find them with.
 pub(super) fn filter_shadows(
     frame: &mut Frame,
     shape: &LghShape,
@@ -144,12 +147,17 @@ pub(super) fn filter_shadows(
     lit: &Lit,
     estimates: ShadowEstimates,
     filtered: Filtered,
-) -> ShadowEstimates {
+) -> Light {
     let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
-    match shape.filter {
-        ShadowFilter::Atrous => atrous::add(frame, gbuffer, shape.interleave, estimates, filtered),
-        ShadowFilter::None => estimates,
+    let mut light = Light { estimates, lighting: lit.composite.lighting };
+    if let Some(motion) = gbuffer.motion.filter(|_| shape.temporal != Temporal::Off) {
+        let reuse = Reuse { mode: shape.temporal, antilag: shape.antilag, step_px: shape.interleave };
+        light = temporal::add(frame, gbuffer, motion, reuse, light);
     }
+    if shape.filter == ShadowFilter::Atrous {
+        light.estimates = atrous::add(frame, gbuffer, shape.interleave, light.estimates, filtered);
+    }
+    light
 }
 
 /// The grids: S1 from the lights, the rest by gather, or everything by scatter.

@@ -9,6 +9,7 @@ use crate::passes::debug_view::{self, SurfaceView};
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
+use crate::passes::temporal::Light;
 use crate::passes::tone_map::{self, ToneMapped};
 use crate::settings::View;
 
@@ -59,11 +60,12 @@ fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) 
             debug_view::show_chosen_levels(frame, shape, &hierarchy.merged, reservoirs)
         }
         (View::ShadowRatio | View::ShadowRatioFiltered, Some(_)) => {
-            let mut estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
+            let estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
+            let mut light = Light { estimates, lighting: lit.composite.lighting };
             if view == View::ShadowRatioFiltered {
-                estimates = filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::Both);
+                light = filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::Both);
             }
-            debug_view::show_surface(frame, gbuffer, SurfaceView::ShadowRatio(lit.composite.lighting, estimates))
+            debug_view::show_surface(frame, gbuffer, SurfaceView::ShadowRatio(light.lighting, light.estimates))
         }
         _ => debug_view::show_surface(frame, gbuffer, SurfaceView::Indirect(lit.composite.lighting)),
     };

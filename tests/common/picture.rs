@@ -3,12 +3,12 @@
 use glam::{DVec3, UVec2, Vec2};
 use gridlight::camera::View;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
-use gridlight::scene::Scene;
 use gridlight::scene::octahedral::unpack_octahedral;
+use gridlight::scene::{Camera, Scene};
 use gridlight::settings::{Settings, Size};
 
-use crate::common::written::Written;
-use crate::common::{GpuTest, compare};
+use super::written::Written;
+use super::{GpuTest, compare};
 
 /// Sizes at which tiles of 8 and sub-images of 2 and 4 are cut off, and one that is whole.
 pub const SIZES: [Size; 6] = [px(1, 1), px(3, 5), px(7, 9), px(16, 8), px(37, 21), px(65, 3)];
@@ -35,6 +35,7 @@ pub struct Surfaces {
     /// near / view z; 0 without a surface.
     depth: Vec<f32>,
     normals: Vec<DVec3>,
+    geometric_normals: Vec<DVec3>,
 }
 
 impl Frame {
@@ -42,15 +43,21 @@ impl Frame {
     pub fn of(test: &GpuTest, scene: &Scene, settings: &Settings) -> Self {
         let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
         let camera = &scene.cameras[0];
-        let renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap();
-        let written = Written::by(&renderer);
+        Self::by(&Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap(), camera, settings)
+    }
+
+    /// The last frame of a renderer again, or a first one.
+    pub fn by(renderer: &Renderer, camera: &Camera, settings: &Settings) -> Self {
+        let written = Written::by(renderer);
         let size = settings.picture.size;
         let normals: Vec<[u32; 2]> = written.all("gbuffer", "gbuffer_normals");
+        let unpacked = |kind: usize| normals.iter().map(|words| unpack_octahedral(words[kind]).as_dvec3()).collect();
         let surfaces = Surfaces {
             size,
             view: View::new(camera, size.width, size.height, Vec2::ZERO),
             depth: written.all("gbuffer", "gbuffer_depth"),
-            normals: normals.iter().map(|[shading, _]| unpack_octahedral(*shading).as_dvec3()).collect(),
+            normals: unpacked(0),
+            geometric_normals: unpacked(1),
         };
         Self { size, n: settings.lgh.interleave as i32, written, surfaces }
     }
@@ -97,23 +104,43 @@ impl Surfaces {
         self.normals[index]
     }
 
+    /// Of the triangle itself.
+    pub fn geometric_normal(&self, index: usize) -> DVec3 {
+        self.geometric_normals[index]
+    }
+
     /// Distance along the viewing direction.
     pub fn view_z(&self, index: usize) -> f64 {
-        f64::from(self.view.near) / f64::from(self.depth[index])
+        self.view_z_of(f64::from(self.depth[index]))
+    }
+
+    /// The same of what the G-buffer has for it.
+    pub fn view_z_of(&self, depth: f64) -> f64 {
+        f64::from(self.view.near) / depth
     }
 
     /// Edge of a pixel on a surface that faces the viewer.
     pub fn footprint(&self, index: usize) -> f64 {
-        2.0 * f64::from(self.view.up_ws.length()) / f64::from(self.size.height) * self.view_z(index)
+        self.footprint_at(self.view_z(index))
+    }
+
+    /// The same at this distance along the viewing direction.
+    pub fn footprint_at(&self, view_z: f64) -> f64 {
+        2.0 * f64::from(self.view.up_ws.length()) / f64::from(self.size.height) * view_z
     }
 
     /// Where the surface at a pixel lies.
     pub fn position_ws(&self, x: i32, y: i32, index: usize) -> DVec3 {
-        let ndc = |at: i32, size: u32| (f64::from(at) + 0.5) / f64::from(size) * 2.0 - 1.0;
+        self.place_ws([f64::from(x), f64::from(y)], self.view_z(index))
+    }
+
+    /// What lies at a place of the picture, counted in pixels from the centre of the first one, at this distance along the viewing direction.
+    pub fn place_ws(&self, [x, y]: [f64; 2], view_z: f64) -> DVec3 {
+        let ndc = |at: f64, size: u32| (at + 0.5) / f64::from(size) * 2.0 - 1.0;
         let View { eye_ws, forward_ws, right_ws, up_ws, .. } = self.view;
         let ray = forward_ws.as_dvec3() + ndc(x, self.size.width) * right_ws.as_dvec3()
             - ndc(y, self.size.height) * up_ws.as_dvec3();
-        eye_ws.as_dvec3() + ray * self.view_z(index)
+        eye_ws.as_dvec3() + ray * view_z
     }
 }
 

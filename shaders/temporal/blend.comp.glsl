@@ -1,0 +1,113 @@
+// Blends the estimates of this frame into what was reprojected of the frames before: a mean that forgets slowly. Shadowed
+// and unshadowed estimate have the same weights, so that their ratio is that of their means. One thread per pixel.
+#include "common/frame.glsl"
+#include "common/color.glsl"
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
+// Whether histories are of light itself rather than per unit of the frame's own unshadowed light.
+layout(constant_id = 0) const uint KEEPS_LIGHT = 0u;
+// Whether samples that stand out from all around them are cut.
+layout(constant_id = 1) const uint CUTS = 0u;
+// Whether tiles of pixels tell how much of the history to give up.
+layout(constant_id = 2) const uint HAS_TILES = 0u;
+layout(push_constant) uniform Push { int step_px; };
+// Both estimates per unit of the latter's a.
+layout(set = 0, binding = 1) uniform texture2D shadowed_image;
+layout(set = 0, binding = 2) uniform texture2D unshadowed_image;
+// What the frames before have: a is their number, and of the other the variance of a frame's shadowed luminance.
+layout(set = 0, binding = 3) uniform texture2D reprojected_shadowed;
+layout(set = 0, binding = 4) uniform texture2D reprojected_unshadowed;
+// With KEEPS_LIGHT: a is the mean unit.
+layout(set = 0, binding = 5) uniform texture2D reprojected_lighting;
+layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D history_shadowed;
+layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D history_unshadowed;
+// The same for the filter: per unit, with a standard deviation (below 0 where it is not known), and the unit.
+layout(set = 0, binding = 8, rgba32f) uniform writeonly image2D out_shadowed;
+layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D out_unshadowed;
+layout(set = 0, binding = 10) uniform texture2D depth_image;
+// b: that (temporal/compare_tiles).
+layout(set = 0, binding = 11) uniform texture2D tiles;
+
+// A frame weighs at least this much.
+const float LEAST_WEIGHT = 0.05;
+// The same for its deviation in the variance.
+const float LEAST_VARIANCE_WEIGHT = 0.1;
+// From so many frames on their variance tells the noise of their mean.
+const float KNOWN_FRAMES = 4.0;
+const float UNKNOWN = -1.0;
+// The filter is never stricter than for a luminance that is known to this, per unit: it passes differences of 0.02.
+const float LEAST_DEVIATION = 0.02 / 6.0;
+
+bool is_inside(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(image_size()))); }
+
+#include "atrous/outliers.glsl"
+
+// What a pixel's estimates are multiplied by so that they do not stand out.
+float kept_share(ivec2 pixel, vec3 unshadowed) {
+    return CUTS != 0u ? min(1.0, greatest_plausible(pixel) / max(luminance(unshadowed), 1e-30)) : 1.0;
+}
+
+// How much of a pixel's history to give up, 0 to 1: bilinear between the middles of tiles.
+float given_up(ivec2 pixel) {
+    if (HAS_TILES == 0u) {
+        return 0.0;
+    }
+    ivec2 last = (ivec2(image_size()) - 1) / int(TILE_SIZE);
+    vec2 at = (vec2(pixel) + 0.5) / float(TILE_SIZE) - 0.5;
+    ivec2 first = ivec2(floor(at));
+    vec2 share = at - floor(at);
+    float sum = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 corner = ivec2(i & 1, i >> 1);
+        vec2 along = mix(1.0 - share, share, vec2(corner));
+        sum += along.x * along.y * texelFetch(tiles, clamp(first + corner, ivec2(0), last), 0).b;
+    }
+    return sum;
+}
+
+void store(ivec2 pixel, vec4 shadowed, vec4 unshadowed, float unit, float deviation) {
+    imageStore(history_shadowed, pixel, shadowed);
+    imageStore(history_unshadowed, pixel, unshadowed);
+    float scale = KEEPS_LIGHT != 0u ? 1.0 / max(unit, 1e-30) : 1.0;
+    imageStore(out_shadowed, pixel, vec4(shadowed.rgb * scale, deviation >= 0.0 ? max(deviation * scale, LEAST_DEVIATION) : UNKNOWN));
+    imageStore(out_unshadowed, pixel, vec4(unshadowed.rgb * scale, unit));
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (!is_inside(pixel)) {
+        return;
+    }
+    vec3 shadowed = texelFetch(shadowed_image, pixel, 0).rgb;
+    vec4 unshadowed = texelFetch(unshadowed_image, pixel, 0);
+    bool has_surface = texelFetch(depth_image, pixel, 0).x > 0.0;
+    float scale = KEEPS_LIGHT != 0u ? unshadowed.a : 1.0;
+    float kept = scale * (has_surface ? kept_share(pixel, unshadowed.rgb) : 1.0);
+    vec4 before_shadowed = texelFetch(reprojected_shadowed, pixel, 0);
+    vec4 before_unshadowed = texelFetch(reprojected_unshadowed, pixel, 0);
+    float frames = before_shadowed.a + 1.0;
+    if (frames <= 1.0) {
+        // The frame's own estimates as they are: what the filter gets is what it gets without history.
+        imageStore(history_shadowed, pixel, vec4(shadowed * kept, has_surface ? 1.0 : 0.0));
+        imageStore(history_unshadowed, pixel, vec4(unshadowed.rgb * kept, 0.0));
+        imageStore(out_shadowed, pixel, vec4(shadowed, UNKNOWN));
+        imageStore(out_unshadowed, pixel, unshadowed);
+        return;
+    }
+    float weight = max(max(1.0 / frames, LEAST_WEIGHT), given_up(pixel));
+    float unit = unshadowed.a;
+    if (KEEPS_LIGHT != 0u) {
+        unit = mix(texelFetch(reprojected_lighting, pixel, 0).a, unit, weight);
+    }
+    float residual = luminance(shadowed) * kept - luminance(before_shadowed.rgb);
+    // The first residual is that of the second frame.
+    float variance_weight = max(1.0 / (frames - 1.0), LEAST_VARIANCE_WEIGHT);
+    float variance = mix(before_unshadowed.a, residual * residual, min(variance_weight, 1.0));
+    // Of the mean: that of a frame over their number, and once their weights fall off that of such a mean.
+    frames = min(frames, 1.0 / weight);
+    float of_mean = max(1.0 / frames, LEAST_WEIGHT / (2.0 - LEAST_WEIGHT));
+    float deviation = frames >= KNOWN_FRAMES ? sqrt(variance * of_mean) : UNKNOWN;
+    store(pixel, vec4(mix(before_shadowed.rgb, shadowed * kept, weight), frames),
+          vec4(mix(before_unshadowed.rgb, unshadowed.rgb * kept, weight), variance), unit, deviation);
+}

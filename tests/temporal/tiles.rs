@@ -1,0 +1,217 @@
+//! Where the light of tiles has changed (`shaders/temporal/compare_tiles.comp.glsl`).
+
+use glam::Vec3;
+use gridlight::scene::{Light, Scene};
+use gridlight::settings::{Antilag, LghSettings, Settings, ShadowEstimate, Size, Temporal};
+use gridlight::uploaded_scene::UploadedScene;
+
+use crate::common::compare::Verdict;
+use crate::common::picture::{Frame, SIZES, Texel, compare_texels};
+use crate::common::rooms::furnished_room;
+use crate::common::{GpuTest, gpu};
+use crate::run::{Run, settings};
+
+/// Sums of 64 floats, and a difference of two of them over its noise.
+const TOLERANCE: [f64; 2] = [1e-4, 1e-4];
+
+/// How tiles are compared.
+#[derive(Clone, Copy)]
+struct Comparison {
+    least_weight: f64,
+    known_frames: f64,
+    most_deviation: f64,
+    limits: [f64; 2],
+}
+
+const COMPARISON: Comparison =
+    Comparison { least_weight: 0.1, known_frames: 4.0, most_deviation: 9.0, limits: [3.0, 5.0] };
+
+/// Two frames that follow each other.
+struct Pair {
+    before: Frame,
+    now: Frame,
+    keeps_light: bool,
+}
+
+fn luminance(color: Texel) -> f64 {
+    0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
+}
+
+impl Pair {
+    /// The eighth frame and the one before it, between which the camera moves.
+    fn of(test: &GpuTest, size: Size, mode: Temporal) -> Self {
+        let settings = settings(size, mode, ShadowEstimate::Corrected).changed(|s| s.lgh.antilag = Antilag::Tiles);
+        let mut run = Run::new(&test.gpu, &furnished_room(), &settings);
+        (0..7).for_each(|_| run.next());
+        let before = run.last();
+        run.step_right(0.08);
+        run.next();
+        Self { before, now: run.last(), keeps_light: mode == Temporal::Indirect }
+    }
+
+    fn tiles(frame: &Frame) -> Vec<Texel> {
+        frame.floats("temporal/compare_tiles", "temporal_tiles")
+    }
+
+    fn size(&self) -> [i32; 2] {
+        [self.now.size.width, self.now.size.height].map(|edge| edge as i32)
+    }
+
+    /// Light of the frame, of the history, and their unit, of a tile.
+    fn sums(&self, column: i32, row: i32) -> [f64; 3] {
+        let now = &self.now;
+        let [shadowed, unshadowed] = ["shadowed", "unshadowed"].map(|what| now.floats("shadow_rays", what));
+        let before = now.floats("temporal/reproject", "reprojected_shadowed");
+        let pixels = (0..64).filter_map(|i| now.surfaces.index(8 * column + i % 8, 8 * row + i / 8));
+        pixels.filter(|i| before[*i][3] > 0.0).fold([0.0; 3], |[light, kept, units], i| {
+            let unit = unshadowed[i][3];
+            let of_history = luminance(before[i]) * if self.keeps_light { 1.0 } else { unit };
+            [light + luminance(shadowed[i]) * unit, kept + of_history, units + unit]
+        })
+    }
+
+    /// What the frame before knows of where the middle of a tile was.
+    fn tile_before(&self, column: i32, row: i32) -> Texel {
+        let [width, height] = self.size();
+        let middle = [(8 * column + 4).min(width - 1), (8 * row + 4).min(height - 1)];
+        let index = self.now.surfaces.index(middle[0], middle[1]).unwrap();
+        let motion = self.now.floats("gbuffer", "gbuffer_motion")[index];
+        let [x, y] = [0, 1].map(|axis| f64::from(middle[axis]) + motion[axis]);
+        let inside = x >= 0.0 && y >= 0.0 && x < f64::from(width) && y < f64::from(height);
+        let tile = y as usize / 8 * (width as usize).div_ceil(8) + x as usize / 8;
+        if inside { Self::tiles(&self.before)[tile] } else { [0.0; 4] }
+    }
+
+    fn twin(&self, by: Comparison) -> Vec<Texel> {
+        let [columns, rows] = self.size().map(|edge| (edge as u32).div_ceil(8) as i32);
+        let tiles = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
+        let tile = |(column, row)| {
+            let [light, kept, unit] = self.sums(column, row);
+            if unit <= 0.0 {
+                return [0.0; 4];
+            }
+            let mean = light / unit;
+            let [mean_before, variance, _, frames] = self.tile_before(column, row);
+            if frames <= 0.0 {
+                return [mean, 0.0, 0.0, 1.0];
+            }
+            let is_known = frames >= by.known_frames;
+            let deviation = 0.5 * (mean - mean_before).powi(2);
+            let at_most = if is_known { by.most_deviation * variance } else { f64::INFINITY };
+            let surprise = (light - kept).abs() / unit / (variance + 1e-6).sqrt();
+            let along = ((surprise - by.limits[0]) / (by.limits[1] - by.limits[0])).clamp(0.0, 1.0);
+            let given_up = if is_known { along * along * (3.0 - 2.0 * along) } else { 0.0 };
+            let weight = (1.0 / frames).max(by.least_weight);
+            [mean, variance + weight * (deviation.min(at_most) - variance), given_up, frames + 1.0]
+        };
+        tiles.map(tile).collect()
+    }
+
+    fn check(&self, by: Comparison) -> Verdict {
+        compare_texels("tiles", &Self::tiles(&self.now), &self.twin(by), 4, TOLERANCE)
+    }
+}
+
+/// What is planted, and how.
+type Fault = (&'static str, fn(&mut Comparison));
+
+#[test]
+fn tiles_are_compared_by_the_formula() {
+    let test = gpu();
+    for (size, mode) in SIZES.into_iter().zip([Temporal::Shadows, Temporal::Indirect].into_iter().cycle()) {
+        Pair::of(&test, size, mode).check(COMPARISON).unwrap_or_else(|e| panic!("{size}, {mode:?}: {e}"));
+    }
+}
+
+#[test]
+fn other_comparisons_are_noticed() {
+    let test = gpu();
+    let pair = Pair::of(&test, SIZES[4], Temporal::Shadows);
+    let faults: [Fault; 3] = [
+        ("a shorter memory", |by| by.least_weight = 0.2),
+        ("steps that count less", |by| by.most_deviation = 0.01),
+        ("lower limits", |by| by.limits = [0.0, 0.5]),
+    ];
+    for (what, plant) in faults {
+        let mut comparison = COMPARISON;
+        plant(&mut comparison);
+        assert!(pair.check(comparison).is_err(), "{what} were not noticed");
+    }
+}
+
+/// The furnished room under a lamp that shines on one of its sides.
+fn lit_from(side: f32) -> Scene {
+    let mut scene = furnished_room();
+    scene.lights = vec![Light::Spot {
+        position_ws: Vec3::new(0.0, 0.2, 0.0),
+        direction_ws: Vec3::new(side, -0.9, 0.0).normalize(),
+        intensity: Vec3::new(9.0, 7.0, 4.0),
+        inner_cos: 0.95,
+        outer_cos: 0.8,
+    }];
+    scene
+}
+
+/// Means of the picture's blocks of 8x8 pixels, in a size of whole blocks.
+fn blocks(radiance: &[f32], size: Size) -> Vec<f64> {
+    let columns = size.width as usize / 8;
+    let mut sums = vec![0.0; columns * (size.height as usize / 8)];
+    for (index, color) in radiance.chunks_exact(3).enumerate() {
+        let (x, y) = (index % size.width as usize, index / size.width as usize);
+        sums[y / 8 * columns + x / 8] += f64::from(color[1]) / 64.0;
+    }
+    sums
+}
+
+/// How far the picture is from that of frames which have always had the light there is, some frames after the lamp has
+/// turned, or in the same frame where it has not, as a share of it; and the share of tiles that give something up there.
+fn lag(test: &GpuTest, antilag: Antilag, turns: bool) -> [f64; 2] {
+    let size = Size { width: 64, height: 40 };
+    let settings = settings(size, Temporal::Shadows, ShadowEstimate::Ratio).changed(|s| {
+        (s.lgh.antilag, s.many_lights.shadow_samples) = (antilag, 4);
+        s.many_lights.vpls = 2000;
+    });
+    let [left, right] = [-1.0, 1.0].map(lit_from);
+    let lamps = UploadedScene::new(&test.gpu, &right).unwrap();
+    let picture = |from: &Scene, turns: bool| {
+        let mut run = Run::new(&test.gpu, from, &settings);
+        let mut given_up = 0.0;
+        for frame in 0..28 {
+            if turns && frame == 24 {
+                run.renderer.update_lights(lamps.other_lights()).unwrap();
+            }
+            run.next();
+            let tiles: Option<Vec<[f32; 4]>> = run.last().written.get("temporal/compare_tiles", "temporal_tiles");
+            let tiles = tiles.unwrap_or_default();
+            if frame >= 8 && !tiles.is_empty() {
+                let share = tiles.iter().filter(|tile| tile[2] > 0.0).count() as f64 / tiles.len() as f64;
+                given_up += share / 20.0;
+            }
+        }
+        (blocks(&run.radiance(), size), given_up)
+    };
+    let plain = Settings { lgh: LghSettings { antilag: Antilag::Off, ..settings.lgh.clone() }, ..settings.clone() };
+    let mut run = Run::new(&test.gpu, if turns { &left } else { &right }, &plain);
+    for frame in 0..28 {
+        if turns && frame == 0 {
+            run.renderer.update_lights(lamps.other_lights()).unwrap();
+        }
+        run.next();
+    }
+    let truth = blocks(&run.radiance(), size);
+    let (found, given_up) = picture(if turns { &left } else { &right }, turns);
+    let apart: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
+    [apart / truth.iter().sum::<f64>(), given_up]
+}
+
+#[test]
+fn light_that_has_changed_is_noticed_and_noise_is_not() {
+    let test = gpu();
+    let [without, _] = lag(&test, Antilag::Off, true);
+    let [with, _] = lag(&test, Antilag::Tiles, true);
+    eprintln!("lag {without} without and {with} with tiles");
+    assert!(with <= 0.5 * without && without > 0.02, "{with} with tiles, {without} without");
+    let [_, alarms] = lag(&test, Antilag::Tiles, false);
+    eprintln!("{alarms} of tiles at rest");
+    assert!(alarms <= 0.05, "{alarms} of the tiles give up light at rest");
+}

@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::{Path, PathBuf};
 
 use gridlight::files::pictures::read_exr;
@@ -21,7 +22,7 @@ fn scene(folder: &Path, intensity: Option<f32>) -> PathBuf {
         let at = |light: u32, x: f64| json!({"extensions": {"KHR_lights_punctual": {"light": light}}, "translation": [x, 1.8, 0.9]});
         document["nodes"] = json!([
             {"mesh": 0},
-            {"mesh": 0, "scale": [0.3, 0.3, 0.3], "rotation": [0.7071068, 0, 0, 0.7071068], "translation": [0, 0.7, 0]},
+            {"mesh": 0, "scale": [0.3, 0.3, 0.3], "rotation": [FRAC_1_SQRT_2, 0, 0, FRAC_1_SQRT_2], "translation": [0, 0.7, 0]},
             at(0, -1.5), at(1, 0.5),
             {"camera": 0, "rotation": [-0.2588, 0.0, 0.0, 0.9659], "translation": [0.0, 3.0, 4.5]}
         ]);

@@ -19,6 +19,28 @@ pub struct Camera {
     pub yfov_rad: f32,
     /// Near plane distance.
     pub near: f32,
+    /// How far behind the place of its node the eye is, in metres: above 0 for cameras that stand for parallel views.
+    pub set_back: f32,
+}
+
+/// A parallel view's camera stands so many half heights of its picture, at least, from the middle of what it looks at,
+const PARALLEL_HALF_HEIGHTS: f32 = 64.0;
+/// and so many radii of the scene. Farther away, depth would have fewer digits than rays off a surface need.
+const PARALLEL_RADII: f32 = 16.0;
+
+/// A camera that sees from far away nearly what a parallel view of a half height of `half_height` metres sees, in the middle
+/// of a scene just that. Nothing in front of the parallel view's own near plane comes into sight.
+#[must_use]
+pub fn nearly_parallel(camera: &Camera, half_height: f32, scene_center_ws: Vec3, scene_radius: f32) -> Camera {
+    let distance = (PARALLEL_HALF_HEIGHTS * half_height).max(PARALLEL_RADII * scene_radius);
+    let set_back = distance - (scene_center_ws - camera.position_ws).dot(camera.forward_ws);
+    Camera {
+        position_ws: camera.position_ws - camera.forward_ws * set_back,
+        yfov_rad: 2.0 * (half_height / distance).atan(),
+        near: (camera.near + set_back).max(1e-3 * distance),
+        set_back,
+        ..camera.clone()
+    }
 }
 
 /// A camera that stands upright and looks in a [`direction`].
@@ -134,6 +156,7 @@ mod tests {
             forward_ws: Vec3::NEG_Z,
             yfov_rad: 1.0,
             near: 0.1,
+            set_back: 0.0,
         };
         let camera = turned(&camera, 0.7, -0.3);
         let text = as_setting(&camera);
@@ -148,6 +171,32 @@ mod tests {
     }
 
     #[test]
+    fn a_parallel_view_is_seen_from_far_away() {
+        let camera = Camera {
+            name: String::new(),
+            position_ws: Vec3::new(0.0, 5.0, 0.0),
+            right_ws: Vec3::X,
+            up_ws: Vec3::NEG_Z,
+            forward_ws: Vec3::NEG_Y,
+            yfov_rad: 1.0,
+            near: 0.5,
+            set_back: 0.0,
+        };
+        let far = nearly_parallel(&camera, 2.0, Vec3::ZERO, 3.0);
+        let ndc = |point: Vec3| {
+            let clip = View::new(&far, 100, 100, Vec2::ZERO).clip_from_world * point.extend(1.0);
+            clip / clip.w
+        };
+        let edge = ndc(Vec3::new(2.0, 0.0, 0.0));
+        assert!((edge.x - 1.0).abs() < 1e-4, "exact in the middle: {edge}");
+        let above = ndc(Vec3::new(2.0, 3.0, 0.0));
+        assert!((above.x - 1.0).abs() < 0.03, "nearly so elsewhere: {above}");
+        // The near plane is where it was: 0.5 in front of the place in the file.
+        assert!(ndc(Vec3::new(0.0, 4.4, 0.0)).z < 1.0 && ndc(Vec3::new(0.0, 4.6, 0.0)).z > 1.0);
+        assert!((far.position_ws.y - far.set_back - 5.0).abs() < 1e-3 && far.forward_ws == Vec3::NEG_Y);
+    }
+
+    #[test]
     fn a_point_up_and_right_lands_up_and_right_with_reversed_depth() {
         let camera = Camera {
             name: String::new(),
@@ -157,6 +206,7 @@ mod tests {
             forward_ws: Vec3::NEG_Z,
             yfov_rad: std::f32::consts::FRAC_PI_2,
             near: 0.1,
+            set_back: 0.0,
         };
         let view = View::new(&camera, 200, 100, Vec2::ZERO);
         let clip = view.clip_from_world * Vec4::new(1.0 + 4.0, 2.0 + 1.0, 3.0 - 2.0, 1.0);

@@ -8,7 +8,7 @@ use glam::Vec2;
 use crate::camera::View;
 use crate::gpu::Gpu;
 use crate::scene::Camera;
-use crate::settings::{Exposure, Settings};
+use crate::settings::{BackFaces, Exposure, Settings};
 use crate::shared::FrameData;
 use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
@@ -88,6 +88,8 @@ impl<'a> Job<'a> {
             seed: settings.tracing.seed,
             sampling_seed: settings.tracing.seed,
             direct_lights: scene.light_count,
+            emitter_count: scene.emitter_count,
+            culls_back_faces: (settings.picture.back_faces == BackFaces::Cull).into(),
             first_point_light: scene.first_point_light,
             environment_cells,
             environment_scale: environment.scale * scene.environment_scale,

@@ -16,7 +16,7 @@ use crate::scene::refit::MovingBvh;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Scene, bvh};
 use crate::settings::Rays;
-use crate::shared::{BvhNode, PunctualLight};
+use crate::shared::{BvhNode, LIGHT_EMITTERS, PunctualLight};
 
 /// A scene uploaded to a device, with what the frame needs to know of it. Clones share what is on the device.
 #[derive(Clone)]
@@ -27,6 +27,12 @@ pub struct UploadedScene {
     pub(crate) largest_triangle: f32,
     pub(crate) first_point_light: u32,
     pub(crate) light_count: u32,
+    /// Triangles that shine by themselves.
+    pub(crate) emitter_count: u32,
+    /// Luminance of their flux.
+    emitter_flux: f64,
+    /// Something is seen without light: it shines or is unlit.
+    pub(crate) has_emission: bool,
     pub(crate) has_structures: bool,
     /// Cells of the environment's table; 0 where nothing comes from the environment.
     pub(crate) environment_cells: [u32; 2],
@@ -104,6 +110,8 @@ impl UploadedScene {
         let PreparedScene {
             materials,
             lights,
+            emitters,
+            has_emission,
             first_point_light,
             light_flux,
             environment,
@@ -122,6 +130,7 @@ impl UploadedScene {
             indices: bytemuck::cast_slice(&scene.indices),
             materials: bytemuck::cast_slice(materials),
             lights: bytemuck::cast_slice(lights),
+            emitters: bytemuck::cast_slice(&emitters.list),
             environment,
             albedo_size_px: albedo.size_px,
             albedo_layers: &albedo.layers,
@@ -132,13 +141,17 @@ impl UploadedScene {
         let set = Arc::new(SceneSet::new(gpu, &data)?);
         let other_lights = lights[..*first_point_light as usize].to_vec();
         let radius = f64::from(scene.bounds.radius());
-        let (first_point_light, light_count) = (*first_point_light, lights.len() as u32);
+        let first_point_light = *first_point_light;
+        let light_count = lights.iter().filter(|light| light.kind != LIGHT_EMITTERS).count() as u32;
         Ok(Self {
             set,
             bounds: scene.bounds,
             largest_triangle: largest_triangle(scene),
             first_point_light,
             light_count,
+            emitter_count: emitters.list.len() as u32,
+            emitter_flux: emitters.flux,
+            has_emission: *has_emission,
             has_structures: query.is_some(),
             environment_cells: environment.cells,
             environment_scale: environment.scale,
@@ -162,7 +175,7 @@ impl UploadedScene {
     pub fn follow(&mut self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<()> {
         let moves = scene.motion.moves();
         if moves.lights {
-            let (lights, _) = upload::lights(scene);
+            let (lights, _) = upload::lights(scene, self.emitter_flux);
             self.set.replace(gpu, ScenePart::Lights, bytemuck::cast_slice(&lights))?;
             self.other_lights = lights[..self.first_point_light as usize].to_vec();
         }
@@ -257,6 +270,12 @@ impl UploadedScene {
     #[must_use]
     pub fn is_animated(&self) -> bool {
         self.animated
+    }
+
+    /// Triangles of the scene that shine by themselves.
+    #[must_use]
+    pub fn emitter_count(&self) -> u32 {
+        self.emitter_count
     }
 
     /// Punctual lights of the scene.

@@ -77,7 +77,8 @@ fn what_is_not_rendered_is_one_line() {
     });
     std::fs::write(&scene, glb).unwrap();
     let said = render(folder.path(), &scene, "--technique direct --environment 1,1,1").stderr;
-    let sentence = "cameras without perspective, blended transparency (cut out at alpha 0.5), emission\n";
+    let sentence = "the parallel views of orthographic cameras (seen from far away instead), \
+        blended transparency (cut out at alpha 0.5)\n";
     assert!(said.starts_with("warn: not rendered of ") && said.ends_with(sentence), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
 }

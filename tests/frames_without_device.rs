@@ -11,7 +11,7 @@ use gridlight::gpu::{Work, check_interfaces};
 use gridlight::graph::{Graph, plan};
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::present::{self, Part, WindowFormat};
-use gridlight::passes::{EnvironmentShape, FrameShape, SurfaceMotion};
+use gridlight::passes::{AreaLightShape, FrameShape, SurfaceMotion};
 use gridlight::settings::{
     Antilag, CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter, ShadowPoints,
     Temporal, View,
@@ -99,9 +99,11 @@ fn every_frame_fits_its_shaders() {
     });
     for rays in [Rays::Bvh, Rays::Query] {
         for inspect in [false, true] {
-            let environment = Some(EnvironmentShape { samples: 4, is_filtered: inspect });
-            let frame =
-                FrameShape { rays, inspect, accumulate: inspect, direct: !inspect, environment, ..frame_shape() };
+            let environment = Some(AreaLightShape { samples: 4, is_filtered: inspect });
+            let emitters = environment.filter(|_| inspect);
+            let (accumulate, direct, has_emission) = (inspect, !inspect, emitters.is_some());
+            let lit = FrameShape { environment, emitters, has_emission, ..frame_shape() };
+            let frame = FrameShape { rays, inspect, accumulate, direct: direct || has_emission, ..lit };
             hierarchies().iter().for_each(|shape| check(&frame, shape));
             following().iter().for_each(|(motion, shape)| {
                 check(&FrameShape { surface_motion: Some(*motion), ..frame.clone() }, shape);
@@ -116,7 +118,7 @@ fn every_frame_fits_its_shaders() {
 #[test]
 fn every_view_fits_its_shaders() {
     for view in View::value_variants() {
-        let environment = Some(EnvironmentShape { samples: 4, is_filtered: true });
+        let environment = Some(AreaLightShape { samples: 4, is_filtered: true });
         let surface_motion = (*view == View::MotionVectors).then_some(SurfaceMotion::Vertices);
         let frame = FrameShape { view: *view, inspect: true, environment, surface_motion, ..frame_shape() };
         for mut shape in hierarchies() {
@@ -128,8 +130,9 @@ fn every_view_fits_its_shaders() {
 
 /// Names of passes without their steps, of frames with every technique and mode.
 fn names_of_passes() -> BTreeSet<String> {
-    let environment = Some(EnvironmentShape { samples: 4, is_filtered: false });
-    let frame = FrameShape { inspect: true, accumulate: true, environment, ..frame_shape() };
+    let environment = Some(AreaLightShape { samples: 4, is_filtered: false });
+    let lit = FrameShape { environment, emitters: environment, has_emission: true, ..frame_shape() };
+    let frame = FrameShape { inspect: true, accumulate: true, ..lit };
     let view = FrameShape { view: View::Normal, ..frame_shape() };
     let mut graphs: Vec<_> = hierarchies().iter().map(|shape| build(&frame, shape)).collect();
     let moving = FrameShape { surface_motion: Some(SurfaceMotion::Camera), ..frame.clone() };

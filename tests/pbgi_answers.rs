@@ -13,7 +13,7 @@ use glam::Vec3;
 use gridlight::Result as GridlightResult;
 use gridlight::micro_buffers::LOBES;
 use gridlight::passes::compose::Indirect;
-use gridlight::passes::direct_light::EnvironmentLight;
+use gridlight::passes::direct_light::AreaLight;
 use gridlight::passes::gbuffer::GBuffer;
 use gridlight::passes::micro_buffers::{self, GatherTables};
 use gridlight::passes::pbgi_shape::PbgiShape;
@@ -177,8 +177,8 @@ impl TechniqueShape for FurnaceShape {
         self.pbgi.write_constants(job, data);
     }
 
-    fn environment_light(&self) -> EnvironmentLight {
-        EnvironmentLight::InTechnique
+    fn environment_light(&self) -> AreaLight {
+        AreaLight::InTechnique
     }
 
     fn add_passes(&self, frame: &mut Frame, gbuffer: &GBuffer) -> Added {

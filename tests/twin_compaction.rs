@@ -42,6 +42,7 @@ fn upload(test: &common::GpuTest, scene: &Scene, prepared: &PreparedScene) -> Ar
         indices: bytemuck::cast_slice(&scene.indices),
         materials: bytemuck::cast_slice(&prepared.materials),
         lights: bytemuck::cast_slice(&prepared.lights),
+        emitters: &[],
         environment: &prepared.environment,
         albedo_size_px: prepared.albedo.size_px,
         albedo_layers: &prepared.albedo.layers,

@@ -58,7 +58,11 @@ impl Painted {
             .bind("out_radiance", radiance, Access::ComputeWrite)
             .bind("out_depth", depth, Access::ComputeWrite);
         frame.graph.add_pass(paint);
-        pass::add(&mut frame, &GBuffer { albedo: radiance, normals: radiance, depth, motion: None }, radiance);
+        pass::add(
+            &mut frame,
+            &GBuffer { albedo: radiance, normals: radiance, depth, motion: None, emission: None },
+            radiance,
+        );
         let mut data = FrameData { size_px: self.size_px, exposure_compensation: 1.0, ..FrameData::zeroed() };
         change(&mut data);
         let executor = Executor::new(&test.gpu, frame.graph, None).unwrap();

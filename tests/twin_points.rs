@@ -77,6 +77,7 @@ fn camera_data(leaf_count: u32, leaf_radius: f32) -> FrameData {
         forward_ws: Vec3::NEG_Z,
         yfov_rad: 1.2,
         near: 0.05,
+        set_back: 0.0,
     };
     let view = View::new(&camera, SIZE_PX[0], SIZE_PX[1], Vec2::ZERO);
     FrameData {

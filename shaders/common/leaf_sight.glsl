@@ -1,5 +1,5 @@
 // Which leaves of a point the eye sees, as a node also holds what lies behind: a wall behind its bricks. A few are tried: the
-// representative leaf, then leaves spread over the node. Needs point_leaves.glsl and scene.glsl.
+// representative leaf, then leaves spread over the node. Needs point_leaves.glsl and eye_rays.glsl.
 const uint LEAF_CANDIDATES = 16u;
 
 // A leaf of a node as the side of it, number `i` of those that are tried.
@@ -22,5 +22,5 @@ bool is_in_sight(PointPlace place) {
     vec3 offset = frame.eye_ws - place.position_ws;
     float distance = max(length(offset), 1e-20);
     vec3 direction = offset / distance;
-    return dot(direction, place.normal_ws) > 0.0 && !is_blocked(place.position_ws, direction, distance);
+    return dot(direction, place.normal_ws) > 0.0 && !is_hidden_from_eye(place.position_ws, direction, distance);
 }

@@ -1,6 +1,7 @@
 // Where light paths start: one number says from which light, two from where and in which direction, and back. The
 // environment comes after the lights of the scene, with its share of the paths; its two numbers say from which direction.
-// Needs frame.glsl, random.glsl, scene.glsl, punctual.glsl, environment.glsl.
+// Surfaces that shine by themselves are one light; its two numbers say from which point.
+// Needs frame.glsl, random.glsl, scene.glsl, punctual.glsl, environment.glsl, emitters.glsl.
 
 struct Emission {
     vec3 origin;
@@ -40,6 +41,19 @@ Emission emit_from_environment(vec2 u, vec2 on_disc) {
     float paths = max(frame.environment_share * float(frame.path_count), 1e-20);
     vec3 irradiance = environment_radiance(drawn.direction) / max(drawn.density, 1e-20);
     return emit_through_scene(-drawn.direction, irradiance, paths, on_disc);
+}
+
+// A path from the point of u on a surface that shines, and two further numbers for its direction.
+Emission emit_from_surface(PunctualLight light, vec2 u, vec2 towards) {
+    EmitterPoint point = sample_emitter(u);
+    vec3 normal = point.normal;
+    if (point.sides > 1.0) {
+        normal = towards.x < 0.5 ? normal : -normal;
+        towards.x = fract(2.0 * towards.x);
+    }
+    float paths = max(lamp_probability(light) * float(frame.path_count), 1e-20);
+    vec3 flux = point.radiance * (PI * point.sides / (point.density * paths));
+    return Emission(point.position_ws + normal * ray_offset(point.position_ws), cosine_direction(normal, towards), flux);
 }
 
 // Start of a path for u in the unit square; its flux is the light's flux over the expected number of its paths.

@@ -1,5 +1,5 @@
-// Light of the scene's suns and lamps at points, averaged over the places that a point is lit at. Needs scene.glsl,
-// punctual.glsl, point_leaves.glsl and `PointPlace place_of_word(uint)`: where a point is lit by a word that is kept of it.
+// Light of the scene's suns, lamps and surfaces that shine at points, averaged over the places that a point is lit at. Needs
+// scene.glsl, punctual.glsl, emitters.glsl, point_leaves.glsl and `PointPlace place_of_word(uint)`: where a point is lit by a word that is kept of it.
 
 // Where the point of this workgroup is lit, best known first.
 shared PointPlace lit_places[POINT_LEAVES];
@@ -36,4 +36,23 @@ vec3 lamp_irradiance(uint place_count, uint lane, uint lanes) {
         sum += irradiance_from(light, place.position_ws, place.normal_ws, place.normal_ws, place.position_ws);
     }
     return sum / float(count);
+}
+
+// Points on surfaces that shine that each place of a point is lit from.
+const uint EMITTER_POINTS = 16u;
+
+// Share of one lane, of so many, of the irradiance from surfaces that shine, from this many places.
+vec3 emitter_light_at_places(uint key, uint place_count, uint lane, uint lanes) {
+    if (!has_emitters()) {
+        return vec3(0.0);
+    }
+    uint count = min(place_count, frame.sun_leaves);
+    uint sequence_seed = hash(key, 0x3c6ef372u);
+    vec3 sum = vec3(0.0);
+    for (uint i = lane; i < EMITTER_POINTS * count; i += lanes) {
+        PointPlace place = lit_places[i % count];
+        vec2 u = r2_sequence(i, sequence_seed);
+        sum += emitter_irradiance(place.position_ws, place.normal_ws, place.normal_ws, place.position_ws, u);
+    }
+    return sum / float(EMITTER_POINTS * count);
 }

@@ -74,6 +74,17 @@ vec4 base_color_at(uint material_index, uint triangle, vec2 barycentric) {
     return factor * textureLod(albedo_array, vec3(uv, float(material.albedo_layer)), 0.0);
 }
 
+// What a surface that shines by itself sends out at a point of a triangle.
+vec3 emission_at(uint material_index, uint triangle, vec2 barycentric) {
+    Material material = materials[material_index];
+    if (material.emission_layer == NO_LAYER) {
+        return material.emission;
+    }
+    uint flags = material.flags >> MATERIAL_EMISSION_SHIFT;
+    vec2 uv = place_in_layer(flags, hit_uv(triangle, barycentric), float(textureSize(albedo_array, 0).x));
+    return material.emission * textureLod(albedo_array, vec3(uv, float(material.emission_layer)), 0.0).rgb;
+}
+
 vec3 hit_normal(uint triangle, vec2 barycentric) {
     vec3 a = unpack_octahedral(scene_vertices[VERTEX_WORDS * scene_indices[3u * triangle] + 3u]);
     vec3 b = unpack_octahedral(scene_vertices[VERTEX_WORDS * scene_indices[3u * triangle + 1u] + 3u]);

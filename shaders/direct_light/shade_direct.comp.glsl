@@ -1,6 +1,6 @@
-// Direct light of suns, spots and points with one shadow ray each, of the environment as it has been sampled, and the
-// environment itself where no surface hides it. One thread per pixel. Reads the G-buffer and the scene, writes outgoing
-// radiance.
+// Direct light of suns, spots and points with one shadow ray each, of the environment and of surfaces that shine as it has been
+// sampled, what surfaces send out by themselves, and the environment where no surface hides it. One thread per pixel. Reads the
+// G-buffer and the scene, writes outgoing radiance.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/gbuffer.glsl"
@@ -18,7 +18,13 @@ layout(set = 0, binding = 3) uniform utexture2D normals_image;
 // Radiance per unit albedo.
 layout(set = 0, binding = 4) uniform texture2D environment_lighting;
 layout(set = 0, binding = 5, rgba32f) uniform writeonly image2D out_direct;
+// Radiance per unit albedo.
+layout(set = 0, binding = 6) uniform texture2D emitter_lighting;
+// Radiance of the surface itself.
+layout(set = 0, binding = 7) uniform texture2D emission_image;
 layout(constant_id = 0) const uint HAS_ENVIRONMENT_LIGHT = 0u;
+layout(constant_id = 1) const uint HAS_EMITTER_LIGHT = 0u;
+layout(constant_id = 2) const uint HAS_EMISSION = 0u;
 
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;
@@ -41,6 +47,12 @@ void main() {
         radiance = albedo / PI * irradiance;
         if (HAS_ENVIRONMENT_LIGHT != 0u) {
             radiance += albedo * texelFetch(environment_lighting, ivec2(pixel), 0).rgb;
+        }
+        if (HAS_EMITTER_LIGHT != 0u) {
+            radiance += albedo * texelFetch(emitter_lighting, ivec2(pixel), 0).rgb;
+        }
+        if (HAS_EMISSION != 0u) {
+            radiance += texelFetch(emission_image, ivec2(pixel), 0).rgb;
         }
     } else if (has_environment()) {
         radiance = environment_radiance(normalize(view_ray(pixel)));

@@ -1,5 +1,6 @@
-// Writes albedo, shading normal and geometric normal; cut-out texels are discarded. With FINDS_MOTION also
-// where the surface was in the frame before. One invocation per fragment.
+// Writes albedo, shading normal and geometric normal; cut-out texels are discarded, and with CULLS_BACK_FACES backs of single-sided
+// surfaces. With FINDS_MOTION also where the surface was in the frame before, with EMISSION what it sends out by itself. One
+// invocation per fragment.
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 
@@ -9,6 +10,11 @@ layout(set = 1, binding = 4, std430) readonly buffer Materials { Material materi
 layout(set = 2, binding = 0) uniform sampler2D base_color_texture;
 layout(set = 2, binding = 1) uniform sampler2D normal_texture;
 
+#ifdef EMISSION
+layout(set = 2, binding = 2) uniform sampler2D emission_texture;
+#endif
+
+layout(constant_id = 0) const uint CULLS_BACK_FACES = 0u;
 layout(push_constant) uniform Push { uint material_index; };
 
 // From the eye to the surface: neighbouring pixels differ by little, which far from the origin a position cannot show.
@@ -41,6 +47,15 @@ vec4 motion() {
     vec3 before = seen_at(frame.previous_clip_from_world, previous_from_eye_ws);
     return before.z > frame.previous_near ? vec4(before.xy - now.xy, frame.previous_near / before.z, 0.0) : vec4(0.0);
 }
+#endif
+
+#ifdef EMISSION
+// Radiance of the surface itself.
+#ifdef FINDS_MOTION
+layout(location = 3) out vec4 out_emission;
+#else
+layout(location = 2) out vec4 out_emission;
+#endif
 #endif
 
 const float MOST_REPEATS = 4.0;
@@ -86,6 +101,17 @@ vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
     return dot(mapped, mapped) > 0.0 ? normalize(mapped) : n;
 }
 
+#ifdef EMISSION
+// A surface shines in front, and behind if it has two sides. One that is unlit has its colour on both.
+vec3 emission(Material material, vec3 base_color) {
+    if ((material.flags & MATERIAL_UNLIT) != 0u) {
+        return base_color;
+    }
+    vec3 textured = material.emission * texture(emission_texture, steady(uv)).rgb;
+    return gl_FrontFacing || (material.flags & MATERIAL_SINGLE_SIDED) == 0u ? textured : vec3(0.0);
+}
+#endif
+
 void main() {
     Material material = materials[material_index];
     vec4 base_color = material.base_color * textured_color(material.flags);
@@ -100,10 +126,18 @@ void main() {
     if ((material.flags & MATERIAL_NORMAL_MAP) != 0u) {
         shading = mapped_normal(shading, geometric, material.normal_scale);
     }
-    if (base_color.a < material.alpha_cutoff) {
+#ifdef EMISSION
+    out_emission = vec4(emission(material, base_color.rgb), 1.0);
+    // Light changes nothing of what is unlit.
+    vec3 albedo = (material.flags & MATERIAL_UNLIT) != 0u ? vec3(0.0) : base_color.rgb;
+#else
+    vec3 albedo = base_color.rgb;
+#endif
+    bool is_culled = CULLS_BACK_FACES != 0u && !gl_FrontFacing && (material.flags & MATERIAL_SINGLE_SIDED) != 0u;
+    if (base_color.a < material.alpha_cutoff || is_culled) {
         discard;
     }
-    out_albedo = vec4(base_color.rgb, 1.0);
+    out_albedo = vec4(albedo, 1.0);
 #ifdef FINDS_MOTION
     out_motion = motion();
 #endif

@@ -7,8 +7,10 @@
 #include "common/color.glsl"
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
+#include "common/eye_rays.glsl"
 #include "common/punctual.glsl"
 #include "common/environment.glsl"
+#include "common/emitters.glsl"
 #include "common/path_starts.glsl"
 #include "common/dispatch.glsl"
 
@@ -49,9 +51,17 @@ StartSample sample_start(HitSurface surface, vec3 origin, vec3 throughput, inout
         return StartSample(vec3(position, numbers), luminance(received));
     }
     PunctualLight light = lamp_at(position);
-    vec3 irradiance = irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin);
+    vec2 numbers;
+    vec3 irradiance;
+    if (light.kind == LIGHT_EMITTERS) {
+        numbers = vec2(random(random_state), random(random_state));
+        irradiance = emitter_irradiance(surface.position_ws, surface.normal, surface.geometric, origin, numbers);
+    } else {
+        numbers = start_through(light, surface.position_ws);
+        irradiance = irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin);
+    }
     vec3 received = throughput / PI * irradiance / max(lamp_probability(light), 1e-20);
-    return StartSample(vec3(position, start_through(light, surface.position_ws)), luminance(received));
+    return StartSample(vec3(position, numbers), luminance(received));
 }
 
 void main() {
@@ -67,7 +77,7 @@ void main() {
     uint view_state = hash(part, frame_seed() ^ 0x2545f491u);
     vec3 direction = view_direction(part, view_state);
     Hit hit;
-    if (!traverse(frame.eye_ws, direction, 3e38, false, hit)) {
+    if (!traverse_from_eye(direction, hit)) {
         return;
     }
     HitSurface surface = surface_at_hit(hit, direction);

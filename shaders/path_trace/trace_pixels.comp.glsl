@@ -1,5 +1,6 @@
 // One more path per pixel: cosine-distributed diffuse bounces from the G-buffer's surface on, at every vertex the
-// light of one sun, spot or point with a shadow ray. The environment's light comes both by a direction drawn for it and by
+// light of one sun, spot or point, or of one point on the surfaces that shine, with a shadow ray; these surfaces do not shine
+// where paths meet them. The environment's light comes both by a direction drawn for it and by
 // the paths that leave the scene, weighted against each other (Veach and Guibas 1995). Unbiased, nothing clamped. Adds to
 // the sum of radiance per unit albedo; its alpha is the share of the paths that are in it. One thread per pixel of one
 // part.
@@ -10,6 +11,7 @@
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
 #include "common/environment.glsl"
+#include "common/emitters.glsl"
 #include "common/reference_tiles.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -19,7 +21,7 @@ layout(set = 0, binding = 2) uniform utexture2D normals_image;
 layout(set = 0, binding = 3, rgba32f) uniform image2D sum_image;
 layout(push_constant) uniform Push {
     uint rounds;
-    // Whether the light that the environment sends to the G-buffer's surface itself is part of it.
+    // Whether the light that the environment and surfaces that shine send to the G-buffer's surface itself is part of it.
     uint with_direct;
     uint round;
     uint part;
@@ -28,7 +30,14 @@ layout(push_constant) uniform Push {
 // Irradiance from one light, picked by its share of the power.
 vec3 sampled_irradiance(HitSurface surface, vec3 origin, inout uint random_state) {
     PunctualLight light = punctual_lights[light_at_share(random(random_state))];
-    return irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin) / max(light.path_probability, 1e-20);
+    vec3 irradiance;
+    if (light.kind == LIGHT_EMITTERS) {
+        vec2 u = vec2(random(random_state), random(random_state));
+        irradiance = emitter_irradiance(surface.position_ws, surface.normal, surface.geometric, origin, u);
+    } else {
+        irradiance = irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin);
+    }
+    return irradiance / max(light.path_probability, 1e-20);
 }
 
 // Where a path is.
@@ -115,6 +124,10 @@ void main() {
         vec2 environment_u = r2_sequence(round, hash(index, frame_seed() ^ 0x297a2d39u));
         Vertex vertex = Vertex(origin, geometric, normal);
         sum.rgb += trace_path(vertex, direction, environment_u, random_state, environment_state) / float(rounds);
+        if (with_direct != 0u && has_emitters()) {
+            vec2 u = r2_sequence(round, hash(index, frame_seed() ^ 0x3c6ef372u));
+            sum.rgb += emitter_irradiance(position, normal, geometric, origin, u) / (PI * float(rounds));
+        }
     }
     sum.a += 1.0 / float(rounds);
     imageStore(sum_image, ivec2(pixel), sum);

@@ -5,6 +5,7 @@
 #include "common/random.glsl"
 #include "common/octahedral.glsl"
 #include "common/scene.glsl"
+#include "common/eye_rays.glsl"
 #include "common/micro_buffer.glsl"
 #include "common/point_leaves.glsl"
 #include "common/leaf_sight.glsl"

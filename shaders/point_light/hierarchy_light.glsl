@@ -1,6 +1,6 @@
 // Light of the lighting grid hierarchy at points, which has all bounces of what lights the scene. Each lane sums the lights of
 // some of the rows of vertices in reach, picks one of them by what it may send, and casts a shadow ray to one of the lights S0 that
-// it is made of. Needs point_light.glsl, color.glsl and light_rays.glsl.
+// it is made of. Needs point_light.glsl, color.glsl and emitters.glsl.
 #include "common/lights.glsl"
 #include "common/original_lights.glsl"
 

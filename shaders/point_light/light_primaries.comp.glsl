@@ -10,13 +10,13 @@
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
 #include "common/environment.glsl"
+#include "common/emitters.glsl"
 #include "common/environment_means.glsl"
 #include "common/micro_buffer.glsl"
 #include "common/point_leaves.glsl"
 PointPlace place_of_word(uint leaf) { return place_of_leaf_key(unpack_leaf(leaf)); }
 #include "common/point_light.glsl"
 #ifdef GATHERS_LIGHTS
-#include "common/light_rays.glsl"
 #include "point_light/hierarchy_light.glsl"
 #else
 // The first bounce is all.
@@ -56,6 +56,7 @@ void main() {
     uint places = find_lit_places(primary_leaves[slot], key, lane);
     mat3 to_world = micro_frame(lit_places[0].normal_ws, key);
     vec3 irradiance = sky_irradiance(slot, to_world, lane) + lamp_irradiance(places, lane, POINT_LANES) +
+                      emitter_light_at_places(key, places, lane, POINT_LANES) +
                       hierarchy_irradiance(key, places, lane);
     irradiance = sum_over_lanes(lane, irradiance);
     if (lane == 0u) {

@@ -11,6 +11,7 @@
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
 #include "common/environment.glsl"
+#include "common/emitters.glsl"
 #include "common/environment_means.glsl"
 #include "common/micro_buffer.glsl"
 #include "common/point_leaves.glsl"
@@ -67,7 +68,6 @@ uvec4 words_of(uint key) { return seen_texels[key]; }
 #endif
 #include "common/point_light.glsl"
 #ifdef GATHERS_LIGHTS
-#include "common/light_rays.glsl"
 #include "point_light/hierarchy_light.glsl"
 #else
 // The first bounce is all.
@@ -168,6 +168,7 @@ void main() {
     fill_micro_buffer(MicroEye(lit_places[0].position_ws, micro_frame(lit_places[0].normal_ws, key)), lane);
 #endif
     vec3 irradiance = sky_irradiance(key, places, lane) + lamp_irradiance(places, lane, POINT_LANES) +
+                      emitter_light_at_places(key, places, lane, POINT_LANES) +
                       hierarchy_irradiance(key, places, lane);
     irradiance = sum_over_lanes(lane, irradiance);
     if (lane == 0u) {

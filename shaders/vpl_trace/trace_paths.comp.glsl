@@ -1,6 +1,6 @@
-// Light paths from suns, spots, points and the environment; a VPL at every diffuse hit. One thread per path; path p writes
-// VPL b to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling. Where there are
-// too many slots, paths go in parts, and the slots of a part are in memory.
+// Light paths from suns, spots, points, surfaces that shine and the environment; a VPL at every diffuse hit. One thread per
+// path; path p writes VPL b to slot p * bounces + b and sets that slot's bit, so that the result does not depend on scheduling.
+// Where there are too many slots, paths go in parts, and the slots of a part are in memory.
 // Three numbers between 0 and 1 say where a path starts: the light, and two for it. They are drawn from cells, each with
 // its share of the paths, and what a path carries is divided by the density of its cell.
 // Reads the scene. Keller 1997; Lin and Yuksel 2019, section 4.
@@ -10,6 +10,7 @@
 #include "common/scene.glsl"
 #include "common/punctual.glsl"
 #include "common/environment.glsl"
+#include "common/emitters.glsl"
 #include "common/dispatch.glsl"
 
 layout(local_size_x = 64) in;
@@ -42,7 +43,12 @@ void main() {
     if (is_environment(start.x)) {
         emission = emit_from_environment(start.yz, vec2(random(random_state), random(random_state)));
     } else {
-        emission = emit_path(lamp_at(start.x), start.yz);
+        PunctualLight light = lamp_at(start.x);
+        if (light.kind == LIGHT_EMITTERS) {
+            emission = emit_from_surface(light, start.yz, vec2(random(random_state), random(random_state)));
+        } else {
+            emission = emit_path(light, start.yz);
+        }
     }
     vec3 origin = emission.origin;
     vec3 direction = emission.direction;

@@ -70,8 +70,10 @@ pub(super) fn has_sky_for_lack_of_light(scene: &Scene, settings: &EnvironmentSet
 fn warn(scene: &Scene, settings: &EnvironmentSettings, source: &EnvironmentSource) {
     if has_sky_for_lack_of_light(scene, settings) {
         log::warn!("the scene has no light: a clear sky lights it; --environment none gives it a sun alone");
-    } else if *source == EnvironmentSource::None && scene.lit_by != LitBy::Lights {
+    } else if *source == EnvironmentSource::None && scene.lit_by == LitBy::Nothing {
         log::info!("the scene has no light: a default sun shines");
+    } else if *source == EnvironmentSource::None && scene.lit_by == LitBy::EmissiveSurfaces {
+        log::info!("the scene has no light but surfaces that shine; --environment sky puts it under a sky");
     }
 }
 

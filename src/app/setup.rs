@@ -59,22 +59,23 @@ pub(super) fn load_scene(settings: &Settings, progress: &Progress) -> Result<Sce
             bar.set(done);
         }
     };
-    let SceneSettings { file, sun, .. } = &settings.scene;
+    let SceneSettings { file, scene_name, sun, .. } = &settings.scene;
+    let file = file.as_deref().map(|file| (file, scene_name.as_deref()));
     let moves = settings.motion.is_asked_for(settings.output.is_sequence());
-    read_scene((file.as_deref(), moves), *sun, &settings.motion, &settings.environment, &report)
+    read_scene((file, moves), *sun, &settings.motion, &settings.environment, &report)
 }
 
-/// The scene of a file, or the built-in one, at the moment that is asked for, with the sun where it is asked for, in its
-/// environment. The built-in one is another, in which things move, if it `moves`.
+/// The scene of a file, the one of this name or its default, or the built-in one, at the moment that is asked for, with the
+/// sun where it is asked for, in its environment. The built-in one is another, in which things move, if it `moves`.
 pub(super) fn read_scene(
-    (path, moves): (Option<&Path>, bool),
+    (file, moves): (Option<(&Path, Option<&str>)>, bool),
     sun: Option<SunPlace>,
     motion: &MotionSettings,
     environment: &EnvironmentSettings,
     report: &dyn Fn(&str, u64, u64),
 ) -> Result<Scene> {
-    let mut scene = match path {
-        Some(path) => gltf::load(path, report),
+    let mut scene = match file {
+        Some((path, name)) => gltf::load_scene(path, name, report),
         None if moves => gltf::load_scene_of("courtyard", COURTYARD, COURTYARD_IN_MOTION, report),
         None => gltf::load_bytes("courtyard", COURTYARD, report),
     }?;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::*;
 use crate::settings::{
-    CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode,
-    Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection, ShadowEstimate, ShadowFilter,
-    ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance, VplSeeds,
+    BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet,
+    LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection, ShadowEstimate,
+    ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance, VplSeeds,
 };
 
 fn command(args: &[&str]) -> Result<Command> {
@@ -70,9 +70,9 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --camera atrium --sun 10,-20.5 --time -2.5 --fps 12 --animation walk --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --point-bounces 2 --reuse on --direct off --lights both --vpls 7 --vpl-importance none --vpl-seeds fresh \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --scene night --camera atrium --sun 10,-20.5 --time -2.5 --fps 12 --animation walk --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --point-bounces 2 --reuse on --direct off --lights both --vpls 7 --vpl-importance none --vpl-seeds fresh \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
-        --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --view light-count --output a.exr \
+        --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --filter none --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --back-faces cull --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --inspect 7,8 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
     let expected = Settings::default().changed(|s| {
         s.scene.file = Some("a.gltf".into());
@@ -80,6 +80,7 @@ fn every_option_arrives() {
         s.run.frames = 8;
         s.run.warmup = 2;
         s.picture.size = Size { width: 320, height: 180 };
+        s.scene.scene_name = Some("night".into());
         s.scene.camera = Some("atrium".into());
         s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: -20.5 });
         s.motion.time_s = -2.5;
@@ -128,6 +129,7 @@ fn every_option_arrives() {
         s.picture.exposure = Exposure::Fixed(0.5);
         s.picture.exposure_compensation = -1.5;
         s.picture.tone_map = ToneMap::Agx;
+        s.picture.back_faces = BackFaces::Cull;
         s.render.view = View::LightCount;
         s.output.picture = Some("a.exr".into());
         s.output.timings = vec!["a.json".into()];

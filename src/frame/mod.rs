@@ -5,7 +5,7 @@ pub mod readback;
 use crate::gpu::Work;
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::passes::debug_view::{self, SurfaceView};
-use crate::passes::direct_light::EnvironmentLight;
+use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::inspect::{self, InspectorInputs};
 use crate::passes::tone_map::{self, ToneMapped};
@@ -43,8 +43,8 @@ pub fn build(shapes: &Shapes) -> (Graph<Work>, FrameOutputs) {
 
 fn add_picture(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> FrameOutputs {
     let added = shapes.technique.add_passes(frame, gbuffer);
-    let environment_light = shapes.technique.environment_light();
-    let direct = frame.shape.direct.then(|| direct_light::add(frame, gbuffer, environment_light));
+    let (environment, emitters) = (shapes.technique.environment_light(), shapes.technique.emitter_light());
+    let direct = frame.shape.direct.then(|| direct_light::add(frame, gbuffer, environment, emitters));
     let mut radiance = compose::add(frame, gbuffer, direct.map(|light| light.radiance), added.indirect);
     let inspected = frame.shape.inspect.then(|| {
         let inputs = InspectorInputs { radiance, direct, indirect: added.indirect };
@@ -95,7 +95,7 @@ fn environment_visibility(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {
 }
 
 fn direct(frame: &mut Frame, gbuffer: &GBuffer) -> AddedView {
-    let direct = direct_light::add(frame, gbuffer, EnvironmentLight::Here);
+    let direct = direct_light::add(frame, gbuffer, AreaLight::Here, AreaLight::Here);
     let values = compose::add(frame, gbuffer, Some(direct.radiance), None);
     AddedView { values, picture: tone_map::add(frame, gbuffer, values), outputs: TechniqueOutputs::default() }
 }

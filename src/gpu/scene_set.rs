@@ -25,6 +25,7 @@ use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::sampling::{Filter, Sampling, Wrap};
 use crate::scene::upload::MipChain;
 use crate::shader::interface::BindingKind;
+use crate::shared::Emitter;
 
 /// Everything uploaded, as plain bytes and texels.
 pub struct SceneData<'a> {
@@ -46,6 +47,8 @@ pub struct SceneData<'a> {
     pub materials: &'a [u8],
     /// `PunctualLight`s, directional and spot lights first.
     pub lights: &'a [u8],
+    /// `Emitter`s, may be empty.
+    pub emitters: &'a [u8],
     /// Light from all around.
     pub environment: &'a PreparedEnvironment,
     /// Edge of the albedo array's layers.
@@ -54,8 +57,8 @@ pub struct SceneData<'a> {
     pub albedo_layers: &'a [Vec<u8>],
     /// Textures at full resolution; sRGB or linear.
     pub textures: &'a [(bool, MipChain)],
-    /// Per material: base-colour and normal texture, and how they are read.
-    pub material_textures: &'a [[(Option<u32>, Sampling); 2]],
+    /// Per material: textures of base colour, normals and emission, and how they are read.
+    pub material_textures: &'a [[(Option<u32>, Sampling); 3]],
     /// Draws of the G-buffer, in short runs.
     pub chunks: Vec<Chunk>,
 }
@@ -73,6 +76,8 @@ pub enum ScenePart {
     Materials,
     /// `PunctualLight`s, a buffer.
     Lights,
+    /// `Emitter`s, a buffer.
+    Emitters,
     /// Light from all around, an image.
     EnvironmentMap,
     /// The sums that directions of the environment are drawn from, a buffer.
@@ -90,12 +95,13 @@ pub enum ScenePart {
 }
 
 impl ScenePart {
-    const ALL: [Self; 12] = [
+    const ALL: [Self; 13] = [
         Self::Vertices,
         Self::PreviousVertices,
         Self::Indices,
         Self::Materials,
         Self::Lights,
+        Self::Emitters,
         Self::EnvironmentMap,
         Self::EnvironmentTable,
         Self::Nodes,
@@ -114,6 +120,7 @@ impl ScenePart {
             Self::Indices => "scene_indices",
             Self::Materials => "scene_materials",
             Self::Lights => "scene_lights",
+            Self::Emitters => "scene_emitters",
             Self::EnvironmentMap => "environment_map",
             Self::EnvironmentTable => "environment_table",
             Self::Nodes => "bvh_nodes",
@@ -135,6 +142,7 @@ pub struct SceneSet {
     pub(super) chunks: Vec<Chunk>,
     /// Materials, lights.
     pub(super) buffers: [Buffer; 2],
+    emitters: Buffer,
     /// BVH triangles.
     pub(super) triangles: WordImage,
     nodes: WordImage,
@@ -203,6 +211,7 @@ impl SceneSet {
             ScenePart::Indices => Some(buffer(&self.indices)),
             ScenePart::Materials => Some(buffer(materials)),
             ScenePart::Lights => Some(buffer(lights)),
+            ScenePart::Emitters => Some(buffer(&self.emitters)),
             ScenePart::EnvironmentMap => Some(self.environment.physical()[0]),
             ScenePart::EnvironmentTable => Some(self.environment.physical()[1]),
             ScenePart::Nodes => Some(self.nodes.physical()),
@@ -273,6 +282,10 @@ impl SceneSet {
         let previous_vertices = data.vertices_move.then(keep).transpose()?;
         let materials = storage_buffer(gpu, "materials", data.materials, storage)?;
         let lights = storage_buffer(gpu, "scene lights", data.lights, storage)?;
+        // A buffer cannot be empty: one that stands for none is not read.
+        let no_emitter = [0; size_of::<Emitter>()];
+        let emitters = if data.emitters.is_empty() { &no_emitter[..] } else { data.emitters };
+        let emitters = storage_buffer(gpu, "emitters", emitters, storage)?;
         let nodes = WordImage::new(gpu, "BVH nodes", data.nodes, data.node_capacity_bytes)?;
         let triangles = WordImage::new(gpu, "BVH triangles", data.triangles, 0)?;
         let environment = EnvironmentParts::new(gpu, data.environment)?;
@@ -291,6 +304,7 @@ impl SceneSet {
             (3, bound(&indices)),
             (4, bound(&materials)),
             (5, bound(&lights)),
+            (11, bound(&emitters)),
             (6, Bound::Texture { view: images[0].view, sampler: plain_sampler.raw }),
         ];
         contents.extend(environment.bound());
@@ -313,7 +327,7 @@ impl SceneSet {
                     view: images[texture.map_or(1, |t| t as usize + 2)].view,
                     sampler: samplers[sampling].raw,
                 };
-                vec![(0, texture(&textures[0])), (1, texture(&textures[1]))]
+                vec![(0, texture(&textures[0])), (1, texture(&textures[1])), (2, texture(&textures[2]))]
             })
             .collect();
         let material_sets = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
@@ -325,6 +339,7 @@ impl SceneSet {
             indices,
             chunks: data.chunks.clone(),
             buffers: [materials, lights],
+            emitters,
             triangles,
             nodes,
             environment,

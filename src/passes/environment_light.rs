@@ -2,13 +2,13 @@
 
 use super::gbuffer::GBuffer;
 use super::shadow_rays::{FORMAT, ShadowEstimates};
-use super::{EnvironmentShape, Frame, atrous};
+use super::{AreaLightShape, Frame, atrous};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
 use crate::settings::ShadowEstimate;
 
 /// Adds the passes; gives the radiance per unit albedo.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, shape: EnvironmentShape) -> ImageHandle {
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, shape: AreaLightShape) -> ImageHandle {
     let estimates = trace(frame, gbuffer, shape.samples);
     if !shape.is_filtered {
         return estimates.shadowed;

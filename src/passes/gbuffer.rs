@@ -18,6 +18,8 @@ pub struct GBuffer {
     pub depth: ImageHandle,
     /// Where the surfaces were in the frame before, if the frame's shape asks for it.
     pub motion: Option<MotionImages>,
+    /// Radiance of the surface itself; `None` where nothing shines or is unlit.
+    pub emission: Option<ImageHandle>,
 }
 
 /// What tells where a surface was in the frame before, and whether the surface there was the same.
@@ -35,8 +37,11 @@ pub struct MotionImages {
 /// Adds the pass.
 pub fn add(frame: &mut Frame) -> GBuffer {
     let gbuffer = declare(frame);
-    let targets: Vec<_> =
-        [gbuffer.albedo, gbuffer.normals].into_iter().chain(gbuffer.motion.map(|m| m.motion)).collect();
+    let targets: Vec<_> = [gbuffer.albedo, gbuffer.normals]
+        .into_iter()
+        .chain(gbuffer.motion.map(|m| m.motion))
+        .chain(gbuffer.emission)
+        .collect();
     let [width, height] = [frame.shape.width_px, frame.shape.height_px];
     let work = RasterWork {
         colors: targets.iter().map(|image| ColorTarget { target: (*image).into(), clear: Some([0; 4]) }).collect(),
@@ -60,17 +65,18 @@ pub fn add(frame: &mut Frame) -> GBuffer {
 /// Normals and depth are handed on to the next frame where it asks for the motion of surfaces.
 fn declare(frame: &mut Frame) -> GBuffer {
     let albedo = frame.image("gbuffer_albedo", vk::Format::R16G16B16A16_SFLOAT);
+    let emission = frame.shape.has_emission.then(|| frame.image("gbuffer_emission", vk::Format::R32G32B32A32_SFLOAT));
     let (normals_format, depth_format) = (vk::Format::R32G32_UINT, vk::Format::D32_SFLOAT);
     if frame.shape.surface_motion.is_none() {
         let normals = frame.image("gbuffer_normals", normals_format);
         let depth = frame.image("gbuffer_depth", depth_format);
-        return GBuffer { albedo, normals, depth, motion: None };
+        return GBuffer { albedo, normals, depth, motion: None, emission };
     }
     let normals = frame.history_image("gbuffer_normals", normals_format);
     let depth = frame.history_image("gbuffer_depth", depth_format);
     let motion = frame.image("gbuffer_motion", vk::Format::R32G32B32A32_SFLOAT);
     let motion = MotionImages { motion, previous_normals: normals.previous, previous_depth: depth.previous };
-    GBuffer { albedo, normals: normals.current, depth: depth.current, motion: Some(motion) }
+    GBuffer { albedo, normals: normals.current, depth: depth.current, motion: Some(motion), emission }
 }
 
 fn draw(frame: &Frame) -> RasterDraw {
@@ -79,10 +85,11 @@ fn draw(frame: &Frame) -> RasterDraw {
         Some(SurfaceMotion::Camera) => ("_motion", "_motion"),
         Some(SurfaceMotion::Vertices) => ("_motion_vertices", "_motion"),
     };
+    let emission = if frame.shape.has_emission { "_emission" } else { "" };
     RasterDraw {
         vertex: format!("gbuffer/draw_scene{vertex}.vert"),
-        fragment: format!("gbuffer/draw_scene{fragment}.frag"),
-        constants: Vec::new(),
+        fragment: format!("gbuffer/draw_scene{fragment}{emission}.frag"),
+        constants: vec![("CULLS_BACK_FACES", frame.shape.culls_back_faces.into())],
         // The material index, pushed per draw of the scene.
         push: vec![0],
         state: RasterState {

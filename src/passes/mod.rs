@@ -13,6 +13,7 @@ pub mod compose;
 pub mod debug_view;
 pub mod descent;
 pub mod direct_light;
+pub mod emitter_light;
 pub mod environment_light;
 pub mod exclusive_scan;
 pub mod first_level;
@@ -55,7 +56,7 @@ use self::scene::SceneParts;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass, PassId};
 use crate::job::Job;
-use crate::settings::{Rays, ShadowFilter, View};
+use crate::settings::{BackFaces, Rays, ShadowFilter, View};
 use crate::shader::spirv;
 use crate::shared::FrameData;
 
@@ -69,7 +70,13 @@ pub struct FrameShape {
     /// Direct light is part of the picture.
     pub direct: bool,
     /// How surfaces are lit by the environment; `None` where nothing comes from it, or no ray goes there.
-    pub environment: Option<EnvironmentShape>,
+    pub environment: Option<AreaLightShape>,
+    /// How they are lit by surfaces that shine by themselves; `None` where none do, or no ray goes there.
+    pub emitters: Option<AreaLightShape>,
+    /// Something is seen that shines or is unlit.
+    pub has_emission: bool,
+    /// The camera looks through backs of single-sided surfaces.
+    pub culls_back_faces: bool,
     /// The picture is the mean of several frames.
     pub accumulate: bool,
     /// What traces rays.
@@ -93,9 +100,9 @@ pub enum SurfaceMotion {
     Vertices,
 }
 
-/// How direct light of the environment is sampled.
+/// How direct light of the environment, or of surfaces that shine, is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EnvironmentShape {
+pub struct AreaLightShape {
     /// Shadow rays per pixel, at least one.
     pub samples: u32,
     /// The noise of the samples is filtered.
@@ -109,8 +116,12 @@ impl FrameShape {
         let settings = job.settings;
         let samples = settings.environment.samples;
         let is_filtered = settings.lgh.filter != ShadowFilter::None;
+        let lit_by = |is_there: bool| (is_there && samples > 0).then_some(AreaLightShape { samples, is_filtered });
         Self {
-            environment: (job.has_environment() && samples > 0).then_some(EnvironmentShape { samples, is_filtered }),
+            environment: lit_by(job.has_environment()),
+            emitters: lit_by(job.scene.emitter_count > 0),
+            has_emission: job.scene.has_emission,
+            culls_back_faces: settings.picture.back_faces == BackFaces::Cull,
             width_px: settings.picture.size.width,
             height_px: settings.picture.size.height,
             direct: settings.render.direct.is_on(),

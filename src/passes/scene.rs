@@ -20,6 +20,8 @@ pub struct SceneParts {
     pub materials: BufferHandle,
     /// `PunctualLight`s, directional and spot lights first.
     pub lights: BufferHandle,
+    /// `Emitter`s.
+    pub emitters: BufferHandle,
     /// Light from all around.
     pub environment: ImageHandle,
     /// What directions of the environment are drawn from.
@@ -45,6 +47,7 @@ impl SceneParts {
         let mut buffer = |part: ScenePart| graph.imported_buffer(part.name());
         let [vertices, indices, materials, lights] =
             [ScenePart::Vertices, ScenePart::Indices, ScenePart::Materials, ScenePart::Lights].map(&mut buffer);
+        let emitters = buffer(ScenePart::Emitters);
         let environment_table = buffer(ScenePart::EnvironmentTable);
         let structures = [ScenePart::TopStructure, ScenePart::BottomStructure, ScenePart::StructureTriangles];
         let structures = (rays == Rays::Query).then(|| structures.map(&mut buffer));
@@ -60,6 +63,7 @@ impl SceneParts {
             indices,
             materials,
             lights,
+            emitters,
             environment,
             environment_table,
             triangles,
@@ -76,7 +80,7 @@ impl SceneParts {
     /// A compute pass that traces rays, looks at what they hit, and reads the scene's lights and environment.
     #[must_use]
     pub fn read_by(&self, pass: Pass<Work>) -> Pass<Work> {
-        let buffers = [self.vertices, self.indices, self.materials, self.lights, self.environment_table];
+        let buffers = [self.vertices, self.indices, self.materials, self.lights, self.emitters, self.environment_table];
         let pass = buffers.into_iter().fold(pass, |pass, buffer| pass.uses(buffer, Access::ComputeRead));
         let images = [self.triangles, self.environment];
         let pass = images.into_iter().fold(pass, |pass, image| pass.uses(image, Access::ComputeSampled));

@@ -37,8 +37,8 @@ fn surface_motion(technique: &dyn Technique, job: &Job<'_>) -> Option<SurfaceMot
 /// The same without checks that need no device.
 pub(super) fn shapes(technique: &dyn Technique, job: &Job<'_>, known: Option<&dyn TechniqueShape>) -> Result<Shapes> {
     let mut frame = FrameShape::new(job);
-    if let Some(environment) = &mut frame.environment {
-        environment.is_filtered &= technique.filters_environment(job.settings);
+    for light in [&mut frame.environment, &mut frame.emitters].into_iter().flatten() {
+        light.is_filtered &= technique.filters_area_light(job.settings);
     }
     frame.surface_motion = surface_motion(technique, job);
     check_rays(job.gpu, frame.rays)?;

@@ -11,11 +11,12 @@ use glam::Vec3;
 use super::default_camera::default_camera;
 use super::gltf_buffers::Document;
 use super::gltf_mapping::Mapping;
-use super::gltf_materials::{decode_images, default_material, emits, mappings, materials};
+use super::gltf_materials::{decode_images, default_material, mappings, materials};
 use super::gltf_mesh::{Geometry, is_lost};
 use super::gltf_nodes::{Found, default_sun, walk};
 use super::motion::Motion;
 use super::{Aabb, Draw, Light, LitBy, Material, Scene, Vertex};
+use crate::camera::nearly_parallel;
 use crate::files::read_whole;
 use crate::{Error, Result, interrupt};
 
@@ -24,6 +25,14 @@ use crate::{Error, Result, interrupt};
 /// # Errors
 /// [`Error::File`] for everything that is wrong with the file or with those it refers to.
 pub fn load(path: &Path, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
+    load_scene(path, None, progress)
+}
+
+/// The same for a scene of the file by its name, or by its index from 0; without one for the file's default scene.
+///
+/// # Errors
+/// Those of [`load`]; [`Error::Usage`] when there is no such scene.
+pub fn load_scene(path: &Path, wanted: Option<&str>, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
     check_file(path)?;
     let bytes = read_whole(path, interrupt::requested).map_err(|error| match error.kind() {
         ErrorKind::Interrupted => Error::Interrupted(format!("interrupted while {} was read", path.display())),
@@ -31,7 +40,10 @@ pub fn load(path: &Path, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
     })?;
     let base = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let name = path.file_stem().map_or_else(|| "scene".into(), OsStr::to_string_lossy);
-    let document = Document::parse(path, Some(base), &bytes, progress)?;
+    let mut document = Document::parse(path, Some(base), &bytes, progress)?;
+    if let Some(wanted) = wanted {
+        document.choose_scene(wanted)?;
+    }
     assemble(&name, &document, progress)
 }
 
@@ -106,13 +118,17 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
     }
     document.remarks().iter().for_each(|remark| log::warn!("{remark}"));
     let bounds = bounds(&vertices, &runs.indices);
+    for (index, half_height) in std::mem::take(&mut found.parallel) {
+        found.cameras[index] = nearly_parallel(&found.cameras[index], half_height, bounds.center(), bounds.radius());
+    }
+    motion.set_cameras(&found.cameras);
     if found.cameras.is_empty() {
         log::info!("the scene has no camera: it gets one named `default`");
         found.cameras.push(default_camera(&vertices, &runs.indices, &bounds));
     }
-    let lit_by = lit_by(document, &found, &runs.draws);
+    let lit_by = lit_by(&found, &runs.draws, &materials);
     if found.lights.is_empty() {
-        found.lights.push(if found.is_dark { Light::DARK } else { default_sun() });
+        found.lights.push(if lit_by == LitBy::Nothing { default_sun() } else { Light::DARK });
     }
     let Runs { indices, triangle_materials, draws } = runs;
     let Found { cameras, lights, .. } = found;
@@ -136,11 +152,10 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
 }
 
 /// What of the scene's light is the file's.
-fn lit_by(document: &Document, found: &Found, draws: &[Draw]) -> LitBy {
-    let is_emissive = |draw: &Draw| document.root.materials.get(draw.material as usize).is_some_and(emits);
+fn lit_by(found: &Found, draws: &[Draw], materials: &[Material]) -> LitBy {
     match () {
         () if found.is_dark || !found.lights.is_empty() => LitBy::Lights,
-        () if draws.iter().any(is_emissive) => LitBy::EmissiveSurfaces,
+        () if draws.iter().any(|draw| materials[draw.material as usize].shines()) => LitBy::EmissiveSurfaces,
         () => LitBy::Nothing,
     }
 }

@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use ::gltf::json::{Index, Root, buffer};
+use ::gltf::json::{Index, Root, Scene, buffer};
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
@@ -65,11 +65,22 @@ impl<'a> Document<'a> {
         Ok(document)
     }
 
-    /// Reads the scene of this name, whichever the file shows first.
-    pub fn choose_scene(&mut self, name: &str) -> Result<()> {
-        let index = self.root.scenes.iter().position(|scene| scene.name.as_deref() == Some(name));
-        let Some(index) = index else { return Err(self.error(format_args!("it has no scene {name}"))) };
-        self.root.scene = Some(Index::new(index as u32));
+    /// Makes a scene, by its name or its index, the one that is read.
+    pub fn choose_scene(&mut self, wanted: &str) -> Result<()> {
+        let scenes = &self.root.scenes;
+        let named = scenes.iter().position(|scene| scene.name.as_deref() == Some(wanted));
+        let index = wanted.parse().ok().filter(|index| *index < scenes.len());
+        let Some(found) = named.or(index) else {
+            let file = self.path.display();
+            let name = |(i, scene): (usize, &Scene)| scene.name.clone().unwrap_or_else(|| i.to_string());
+            let names: Vec<String> = scenes.iter().enumerate().map(name).collect();
+            let what = match names.as_slice() {
+                [] => "the file has no scenes".to_owned(),
+                names => format!("its scenes are {}", names.join(", ")),
+            };
+            return Err(Error::Usage(format!("--scene-name {wanted} is not in {file}; {what}")));
+        };
+        self.root.scene = Some(Index::new(found as u32));
         Ok(())
     }
 

@@ -173,3 +173,78 @@ fn webp_and_dds_images_are_read() {
     let unread = textured("EXT_texture_webp", b"\xabKTX 20\xbb\r\n\x1a\n").err().unwrap().to_string();
     assert!(unread.ends_with("texture `image 0` is unreadable: KTX2 images are not supported"), "{unread}");
 }
+
+#[test]
+fn emission_is_factor_times_strength_times_texture() {
+    let material = |material: Value| {
+        let scene = quad(
+            |parts| json!({"images": [{"bufferView": image(parts)}], "textures": [{"source": 0}], "materials": [material]}),
+        );
+        scene.map(|scene| scene.materials[0].clone())
+    };
+    let strength = |strength: Value| json!({"KHR_materials_emissive_strength": {"emissiveStrength": strength}});
+    let plain = material(json!({"emissiveFactor": [0.25, 0.5, 1]})).unwrap();
+    assert_eq!((plain.emission, plain.emission_texture, plain.is_unlit), ([0.25, 0.5, 1.0], None, false));
+    let strong = material(json!({"emissiveFactor": [0.25, 0.5, 1], "extensions": strength(json!(8))})).unwrap();
+    assert!(strong.emission == [2.0, 4.0, 8.0] && strong.shines());
+    let textured =
+        material(json!({"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0, "texCoord": 1}})).unwrap();
+    assert_eq!(textured.emission_texture, Some(0));
+    let black = material(json!({"emissiveTexture": {"index": 0}})).unwrap();
+    assert!(black.emission_texture.is_none() && !black.shines(), "the factor is black by default");
+    let elsewhere = json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "emissiveFactor": [1, 1, 1],
+        "emissiveTexture": {"index": 0, "texCoord": 1}});
+    assert_eq!(material(elsewhere).unwrap().emission_texture, None, "it lies otherwise than the base colour");
+    let unlit = material(json!({"emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_unlit": {}}})).unwrap();
+    assert!(unlit.is_unlit && !unlit.shines());
+    for wrong in [json!(-1), json!(1e30)] {
+        let message =
+            material(json!({"emissiveFactor": [1, 1, 1], "extensions": strength(wrong)})).unwrap_err().to_string();
+        assert!(message.contains("material 0 has an emission that is negative, not finite or above"), "{message}");
+    }
+}
+
+#[test]
+fn orthographic_cameras_look_from_far_away() {
+    let lens = |ymag: f32| {
+        let lens = json!({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": ymag, "zfar": 9, "znear": 1}});
+        quad(|_| {
+            json!({"materials": [{}], "cameras": [lens], "scenes": [{"nodes": [0, 1]}],
+            "nodes": [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 5]}]})
+        })
+    };
+    let scene = lens(0.5).unwrap();
+    let camera = &scene.cameras[0];
+    // At the middle of the scene the picture is a metre high.
+    let distance = (scene.bounds.center() - camera.position_ws).dot(camera.forward_ws);
+    let height = 2.0 * distance * (0.5 * camera.yfov_rad).tan();
+    assert!((height - 1.0).abs() < 1e-4 && distance >= 32.0, "{height} at {distance}");
+    // The near plane is a metre in front of the node, as in the file.
+    let near = camera.position_ws.z - camera.near;
+    assert!((near - 4.0).abs() < 1e-3, "{near}");
+    let message = lens(0.0).err().unwrap().to_string();
+    assert!(message.contains("camera 0 has a ymag of 0"), "{message}");
+}
+
+#[test]
+fn a_scene_of_several_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scenes.glb");
+    let mut parts = Parts::default();
+    let position = parts.floats("VEC3", &QUAD);
+    let mesh = json!([{"primitives": [{"attributes": {"POSITION": position}}]}]);
+    let scenes = json!({"scene": 1, "scenes": [{"name": "day", "nodes": [0]}, {"name": "night", "nodes": [0, 1]},
+        {"nodes": [0, 1, 2]}], "nodes": [{"mesh": 0}, {"mesh": 0}, {"mesh": 0}]});
+    std::fs::write(&path, parts.glb(mesh, scenes)).unwrap();
+    let triangles =
+        |wanted: Option<&str>| load_scene(&path, wanted, &|_, _, _| {}).map(|scene| scene.indices.len() / 3);
+    let one = triangles(Some("day")).unwrap();
+    for (wanted, meshes) in [(None, 2), (Some("night"), 2), (Some("0"), 1), (Some("2"), 3)] {
+        assert_eq!(triangles(wanted).unwrap(), meshes * one, "{wanted:?}");
+    }
+    for wanted in ["dusk", "3", "-1"] {
+        let error = triangles(Some(wanted)).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().ends_with("scenes.glb; its scenes are day, night, 2"), "{error}");
+    }
+}

@@ -3,12 +3,14 @@
 use serde_json::{Map, Value};
 
 /// Extensions that are read. Quantised attributes are read like any others.
-const READ: [&str; 9] = [
+const READ: [&str; 11] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",
@@ -19,7 +21,7 @@ const READ: [&str; 9] = [
 const COMPRESSIONS: [&str; 3] = ["EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
 /// What the picture is like without an extension that is not read.
-const NOT_READ: [(&str, &[&str]); 9] = [
+const NOT_READ: [(&str, &[&str]); 7] = [
     (
         "every surface is diffuse",
         &[
@@ -50,8 +52,6 @@ const NOT_READ: [(&str, &[&str]); 9] = [
             "KHR_materials_volume_scatter",
         ],
     ),
-    ("surfaces shine as without it", &["KHR_materials_emissive_strength"]),
-    ("surfaces are lit like all others", &["KHR_materials_unlit"]),
     ("materials are those without a variant", &["KHR_materials_variants", "FB_geometry_metadata"]),
     ("textures that only it has are left out", &["EXT_texture_astc", "EXT_texture_avif", "KHR_texture_basisu"]),
     ("meshes are those that the file has uncompressed", &COMPRESSIONS),

@@ -18,13 +18,16 @@ use super::sampling::{Filter, Sampling, Wrap};
 use super::{Material, Texture};
 use crate::Result;
 
+/// Emission ends here, so that sums over many triangles stay finite.
+const MOST_RADIANCE: f32 = 1e12;
+
 /// Everything unusual about materials that is worth one line at the end.
 #[derive(Default)]
 struct Oddities {
     blend: bool,
     unlike: bool,
     no_image: bool,
-    emission: bool,
+    far_emission: bool,
 }
 
 /// All materials, with textures as indices into the returned list of glTF image indices. Their texture coordinates are those
@@ -38,15 +41,10 @@ pub(super) fn materials(document: &Document, mappings: &[Mapping]) -> Result<(Ve
         (odd.blend, "blended transparency (cut out at alpha 0.5)"),
         (odd.unlike, "normal maps that lie otherwise than the base colour"),
         (odd.no_image, "textures without an image that can be read"),
-        (odd.emission, "emission"),
+        (odd.far_emission, "textures of emission that lie otherwise than the base colour"),
     ];
     notes.iter().filter(|(seen, _)| *seen).for_each(|(_, note)| document.ignore(*note));
     Ok((materials, images.order))
-}
-
-/// Whether a material shines by itself.
-pub(super) fn emits(material: &JsonMaterial) -> bool {
-    material.emissive_factor.0.iter().any(|channel| *channel > 0.0)
 }
 
 /// The material of primitives that name none.
@@ -62,6 +60,10 @@ pub(super) fn default_material() -> Material {
         normal_scale: 1.0,
         alpha_cutoff: None,
         double_sided: false,
+        emission: [0.0; 3],
+        emission_texture: None,
+        emission_sampling: Sampling::default(),
+        is_unlit: false,
     }
 }
 
@@ -107,11 +109,12 @@ fn base_color(document: &Document, i: usize, json: &JsonMaterial) -> Result<([f3
     Ok((pbr.base_color_factor.0, pbr.base_color_texture.as_ref().map(Slot::of_color)))
 }
 
-/// For each material how its textures lie on surfaces: the base colour's way, or else the normal map's.
+/// For each material how its textures lie on surfaces: the base colour's way, or else the normal map's or the emission's.
 pub(super) fn mappings(document: &Document) -> Result<Vec<Mapping>> {
     let mapping = |(i, json): (usize, &JsonMaterial)| {
         let (_, color) = base_color(document, i, json)?;
         let slot = color.or_else(|| json.normal_texture.as_ref().map(Slot::of_normal));
+        let slot = slot.or_else(|| json.emissive_texture.as_ref().map(Slot::of_color));
         slot.map_or(Ok(Mapping::default()), |slot| slot.mapping(document, i))
     };
     document.root.materials.iter().enumerate().map(mapping).collect()
@@ -133,17 +136,28 @@ fn material(
         odd.unlike = true;
         normal_slot = None;
     }
+    let mut emission_slot = json.emissive_texture.as_ref().map(Slot::of_color);
+    if let Some(slot) = &emission_slot
+        && slot.mapping(document, i)? != *mapping
+    {
+        odd.far_emission = true;
+        emission_slot = None;
+    }
     let sampling_of =
         |slot: &Option<Slot>| slot.as_ref().map_or_else(Sampling::default, |slot| sampling(document, slot));
     let (base_color_sampling, normal_sampling) = (sampling_of(&color_slot), sampling_of(&normal_slot));
+    let emission_sampling = sampling_of(&emission_slot);
     let mut texture = |slot: Option<Slot>| -> Result<Option<u32>> {
         let Some(Slot { texture, .. }) = slot else { return Ok(None) };
         Ok(image_of(document, i, texture, odd)?.map(|image| images.slot(image)))
     };
     let base_color_texture = texture(color_slot)?;
     let normal_texture = texture(normal_slot)?;
+    let emission = emission(document, i, json)?;
+    // A texture of what does not shine is not worth its memory.
+    let emission_slot = emission_slot.filter(|_| emission.iter().any(|channel| *channel > 0.0));
+    let emission_texture = texture(emission_slot)?;
     let normal_scale = json.normal_texture.as_ref().map_or(1.0, |t| t.scale);
-    odd.emission |= emits(json);
     let cutoff = json.alpha_cutoff.map_or(0.5, |c| c.0);
     if !normal_scale.is_finite() || !cutoff.is_finite() || base_color.iter().any(|c| !c.is_finite()) {
         return Err(document.error(format_args!("material {i} has a factor that is not finite")));
@@ -168,7 +182,35 @@ fn material(
         normal_scale,
         alpha_cutoff,
         double_sided: json.double_sided,
+        emission,
+        emission_texture,
+        emission_sampling,
+        is_unlit: json.extensions.as_ref().is_some_and(|e| e.others.contains_key("KHR_materials_unlit")),
     })
+}
+
+/// Radiance that a material sends out by itself, before its texture: a strength of 1 is a radiance of 1.
+fn emission(document: &Document, i: usize, json: &JsonMaterial) -> Result<[f32; 3]> {
+    #[derive(Deserialize)]
+    #[serde(default, rename_all = "camelCase")]
+    struct Strength {
+        emissive_strength: f32,
+    }
+    impl Default for Strength {
+        fn default() -> Self {
+            Self { emissive_strength: 1.0 }
+        }
+    }
+    let others = json.extensions.as_ref().map(|e| &e.others);
+    let found =
+        document.extension::<Strength>(&format_args!("material {i}"), others, "KHR_materials_emissive_strength")?;
+    let strength = found.unwrap_or_default().emissive_strength;
+    let emission = json.emissive_factor.0.map(|factor| factor * strength);
+    if emission.iter().all(|channel| (0.0..=MOST_RADIANCE).contains(channel)) {
+        return Ok(emission);
+    }
+    Err(document
+        .error(format_args!("material {i} has an emission that is negative, not finite or above {MOST_RADIANCE}")))
 }
 
 /// The glTF image behind a texture, if it has one.
@@ -259,7 +301,7 @@ pub(super) fn decode_images(
             unique.len() as u32 - 1
         }));
     }
-    for slot in materials.iter_mut().flat_map(|m| [&mut m.base_color_texture, &mut m.normal_texture]).flatten() {
+    for slot in materials.iter_mut().flat_map(textures_of).flatten() {
         *slot = slots[*slot as usize];
     }
     let announced = unique.iter().fold(0_u64, |sum, item| sum.saturating_add(announced_bytes(&item.1)));
@@ -290,6 +332,10 @@ pub(super) fn decode_images(
     named
         .map(|(t, (name, _))| t.map_err(|e| document.error(format_args!("texture `{name}` is unreadable: {e}"))))
         .collect()
+}
+
+fn textures_of(material: &mut Material) -> [&mut Option<u32>; 3] {
+    [&mut material.base_color_texture, &mut material.normal_texture, &mut material.emission_texture]
 }
 
 /// An image's name and its file's bytes.

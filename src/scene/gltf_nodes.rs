@@ -17,6 +17,8 @@ use crate::environment::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
 
 /// The most meshes that may be placed: few bytes suffice to place one very often.
 const MAX_INSTANCES: usize = 1 << 22;
+/// Half heights of parallel views end here, in metres.
+const MOST_HALF_HEIGHT: f32 = 1e9;
 
 /// One mesh placed in the world.
 pub(super) struct Instance {
@@ -79,9 +81,11 @@ struct Visit {
 pub(super) struct Found {
     /// Meshes.
     pub instances: Vec<Instance>,
-    /// Perspective cameras.
+    /// Cameras; those of parallel views have the place of their node.
     pub cameras: Vec<Camera>,
-    /// The node of each, and its index in the file.
+    /// Cameras of parallel views, each with half the height of its picture in metres.
+    pub parallel: Vec<(usize, f32)>,
+    /// The node of each camera, and its index in the file.
     pub camera_sources: Vec<Source>,
     /// Lights that shine at some time, as they are at rest.
     pub lights: Vec<Light>,
@@ -123,7 +127,8 @@ pub(super) fn walk(document: &Document) -> Result<Found> {
             let instance = |place: Mat4| Instance { mesh: mesh.value(), node: i, place, world: world * place };
             found.instances.extend(places.into_iter().map(instance));
         }
-        if let Some(camera) = camera(document, node, &world, found.cameras.len(), &mut names)? {
+        if let Some((camera, half_height)) = camera(document, node, &world, found.cameras.len(), &mut names)? {
+            found.parallel.extend(half_height.map(|half_height| (found.cameras.len(), half_height)));
             found.cameras.push(camera);
             found.camera_sources.push(Source { node: i, index: node.camera.map_or(0, |camera| camera.value()) });
         }
@@ -173,36 +178,64 @@ pub(super) fn local_transform(node: &Node) -> Option<Mat4> {
     Some(Mat4::from_scale_rotation_translation(scale, rotation / length, translation))
 }
 
+/// What a camera's picture is like: its field of view in radians or half its height in metres, and its near plane.
+enum Lens {
+    Perspective { yfov_rad: f32, near: f32 },
+    Parallel { half_height: f32, near: f32 },
+}
+
+fn lens(document: &Document, index: usize) -> Result<Option<Lens>> {
+    let Some(camera) = document.root.cameras.get(index) else {
+        return Err(document.error(format_args!("camera {index} does not exist")));
+    };
+    match (&camera.type_, &camera.perspective, &camera.orthographic) {
+        (Checked::Valid(CameraType::Perspective), Some(lens), _) => {
+            let yfov_rad = lens.yfov;
+            if !(yfov_rad > 0.0 && yfov_rad < std::f32::consts::PI) {
+                let wrong = format_args!("camera {index} has the field of view {yfov_rad}, not within 0 and pi");
+                return Err(document.error(wrong));
+            }
+            let near = if lens.znear.is_finite() && lens.znear > 0.0 { lens.znear } else { 0.01 };
+            Ok(Some(Lens::Perspective { yfov_rad, near }))
+        }
+        (Checked::Valid(CameraType::Orthographic), _, Some(lens)) => {
+            // A mirrored view is one that is turned by half a circle, which nothing here needs.
+            let half_height = lens.ymag.abs();
+            if !(half_height > 0.0 && half_height < MOST_HALF_HEIGHT) {
+                let wrong = format_args!("camera {index} has a ymag of {half_height}: no picture has that height");
+                return Err(document.error(wrong));
+            }
+            document.ignore("the parallel views of orthographic cameras (seen from far away instead)");
+            let near = if lens.znear.is_finite() { lens.znear.max(0.0) } else { 0.0 };
+            Ok(Some(Lens::Parallel { half_height, near }))
+        }
+        _ => {
+            document.ignore("cameras without a lens");
+            Ok(None)
+        }
+    }
+}
+
+/// The camera of a node, if it has one, and for parallel views half the height of the picture.
 fn camera(
     document: &Document,
     node: &Node,
     world: &Mat4,
     number: usize,
     names: &mut HashMap<String, u32>,
-) -> Result<Option<Camera>> {
+) -> Result<Option<(Camera, Option<f32>)>> {
     let Some(index) = node.camera.map(|c| c.value()) else { return Ok(None) };
-    let Some(camera) = document.root.cameras.get(index) else {
-        return Err(document.error(format_args!("camera {index} does not exist")));
+    let Some(lens) = lens(document, index)? else { return Ok(None) };
+    let (yfov_rad, near, half_height) = match lens {
+        Lens::Perspective { yfov_rad, near } => (yfov_rad, near, None),
+        Lens::Parallel { half_height, near } => (1.0, near, Some(half_height)),
     };
-    let (Checked::Valid(CameraType::Perspective), Some(lens)) = (&camera.type_, &camera.perspective) else {
-        document.ignore("cameras without perspective");
-        return Ok(None);
-    };
-    if !(lens.yfov > 0.0 && lens.yfov < std::f32::consts::PI) {
-        let yfov = lens.yfov;
-        return Err(document.error(format_args!("camera {index} has the field of view {yfov}, not within 0 and pi")));
-    }
-    let wanted = node.name.clone().or_else(|| camera.name.clone()).unwrap_or_else(|| format!("camera {number}"));
+    let of_camera = || document.root.cameras[index].name.clone();
+    let wanted = node.name.clone().or_else(of_camera).unwrap_or_else(|| format!("camera {number}"));
     let (right_ws, up_ws, forward_ws) = frame(world);
-    Ok(Some(Camera {
-        name: unique(&wanted, names),
-        position_ws: world.w_axis.truncate(),
-        right_ws,
-        up_ws,
-        forward_ws,
-        yfov_rad: lens.yfov,
-        near: if lens.znear.is_finite() && lens.znear > 0.0 { lens.znear } else { 0.01 },
-    }))
+    let (name, position_ws) = (unique(&wanted, names), world.w_axis.truncate());
+    let camera = Camera { name, position_ws, right_ws, up_ws, forward_ws, yfov_rad, near, set_back: 0.0 };
+    Ok(Some((camera, half_height)))
 }
 
 /// `wanted`, or with the first free number behind it. `names` maps a name to the next number to try.
@@ -245,6 +278,7 @@ pub(super) fn framing_camera(bounds: &Aabb) -> Camera {
         forward_ws,
         yfov_rad,
         near: 0.001 * radius,
+        set_back: 0.0,
     }
 }
 

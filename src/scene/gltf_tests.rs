@@ -292,13 +292,19 @@ fn what_lights_a_scene_is_told() {
         (json!({}), lamp(0.0), LitBy::Lights),
         (of_material.clone(), glowing(0.5), LitBy::EmissiveSurfaces),
         // No triangle has the material that glows.
-        (of_material, glowing(0.0), LitBy::Nothing),
+        (of_material.clone(), glowing(0.0), LitBy::Nothing),
+        (
+            of_material,
+            json!({"materials": [{"emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_unlit": {}}}]}),
+            LitBy::Nothing,
+        ),
     ] {
         let scene = quad(primitive, extra.clone());
         assert_eq!(scene.lit_by, lit_by, "{extra}");
         assert_eq!(scene.lights.len(), 1, "{extra}");
     }
     assert_eq!(quad(json!({}), lamp(0.0)).lights, [Light::DARK]);
+    assert_eq!(quad(json!({"material": 0}), glowing(0.5)).lights, [Light::DARK], "no sun beside what shines");
 }
 
 #[test]

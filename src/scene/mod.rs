@@ -6,6 +6,7 @@ pub mod albedo_array;
 pub mod bvh;
 pub mod chunks;
 mod default_camera;
+pub mod emitters;
 pub mod gltf;
 mod gltf_accessors;
 mod gltf_buffers;
@@ -97,8 +98,25 @@ pub struct Material {
     pub normal_scale: f32,
     /// Below this alpha (texture times factor) the surface is a hole; `None` means opaque.
     pub alpha_cutoff: Option<f32>,
-    /// glTF `doubleSided`. Light treats every surface as two-sided; this only informs.
+    /// glTF `doubleSided`. Every surface reflects light on both sides; others than these shine in front alone, and
+    /// `--back-faces cull` hides their backs from the camera.
     pub double_sided: bool,
+    /// Radiance that it sends out by itself, linear RGB: glTF's emissive factor times its strength.
+    pub emission: [f32; 3],
+    /// Index into [`Scene::textures`], a factor of that, sRGB encoded.
+    pub emission_texture: Option<u32>,
+    /// How that texture is read.
+    pub emission_sampling: Sampling,
+    /// It is seen as its base colour, in whatever light (`KHR_materials_unlit`).
+    pub is_unlit: bool,
+}
+
+impl Material {
+    /// Whether it shines by itself, and so lights the scene.
+    #[must_use]
+    pub fn shines(&self) -> bool {
+        !self.is_unlit && self.emission.iter().any(|channel| *channel > 0.0)
+    }
 }
 
 /// A decoded texture, RGBA8, row 0 at the top.

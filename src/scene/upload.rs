@@ -2,12 +2,13 @@
 //! resampled textures. The upload itself is `gpu::SceneSet`.
 
 use super::albedo_array::{AlbedoArray, build_albedo_array, mip_chains};
+use super::emitters::Emitters;
 use super::sampling::Sampling;
 use super::{Light, Material, Scene, Texture};
 use crate::environment::upload::PreparedEnvironment;
 use crate::shared::{
-    GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, MATERIAL_NORMAL_MAP, MATERIAL_VERTEX_COLORS, NO_LAYER,
-    PunctualLight,
+    GpuMaterial, LIGHT_DIRECTIONAL, LIGHT_EMITTERS, LIGHT_POINT, LIGHT_SPOT, MATERIAL_EMISSION_SHIFT,
+    MATERIAL_NORMAL_MAP, MATERIAL_SINGLE_SIDED, MATERIAL_UNLIT, MATERIAL_VERTEX_COLORS, NO_LAYER, PunctualLight,
 };
 
 /// Mip levels of one texture: width, height, RGBA8 texels.
@@ -21,6 +22,10 @@ pub struct PreparedScene {
     pub lights: Vec<PunctualLight>,
     /// Lights before the first point light.
     pub first_point_light: u32,
+    /// Triangles that shine by themselves, which are the last of the lights together, and the luminance of their flux.
+    pub emitters: Emitters,
+    /// Something is seen that shines or is unlit.
+    pub has_emission: bool,
     /// Flux (luminance) of all lights together.
     pub light_flux: f64,
     /// Light from all around.
@@ -29,8 +34,8 @@ pub struct PreparedScene {
     pub albedo: AlbedoArray,
     /// Every texture with its mips; whether it is sRGB.
     pub textures: Vec<(bool, MipChain)>,
-    /// Per material: base-colour and normal texture, and how they are read.
-    pub material_textures: Vec<[(Option<u32>, Sampling); 2]>,
+    /// Per material: textures of base colour, normals and emission, and how they are read.
+    pub material_textures: Vec<[(Option<u32>, Sampling); 3]>,
 }
 
 /// Prepares a scene for upload.
@@ -49,12 +54,15 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
             } else {
                 [1.0; 4]
             };
+            let glow = albedo.emission_average[index];
             GpuMaterial {
                 base_color: std::array::from_fn(|i| material.base_color[i] * tint[i]),
                 albedo_layer: layer.unwrap_or(NO_LAYER),
                 alpha_cutoff: material.alpha_cutoff.unwrap_or(-1.0),
                 normal_scale: material.normal_scale,
                 flags: flags(material),
+                emission: std::array::from_fn(|i| if material.shines() { material.emission[i] * glow[i] } else { 0.0 }),
+                emission_layer: albedo.emission_layer[index].unwrap_or(NO_LAYER),
             }
         })
         .collect();
@@ -62,29 +70,45 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
         albedo.size_px = 1;
         albedo.layers.push(vec![255; 4]);
     }
-    let (lights, light_flux) = lights(scene);
+    let textures = textures(scene);
+    let emitters = Emitters::new(scene, &textures);
+    let (lights, light_flux) = lights(scene, emitters.flux);
     let first_point_light = lights.iter().take_while(|l| l.kind != LIGHT_POINT).count() as u32;
     PreparedScene {
         materials,
         lights,
+        has_emission: scene.draws.iter().any(|draw| is_seen_by_itself(&scene.materials[draw.material as usize])),
+        emitters,
         first_point_light,
         light_flux,
         environment: PreparedEnvironment::new(scene.environment.as_deref()),
         albedo,
-        textures: textures(scene),
+        textures,
         material_textures: scene.materials.iter().map(material_textures).collect(),
     }
+}
+
+/// Whether something of a material is seen without light.
+fn is_seen_by_itself(material: &Material) -> bool {
+    material.is_unlit || material.shines()
 }
 
 fn flags(material: &Material) -> u32 {
     let bit = |is: bool, bit: u32| if is { bit } else { 0 };
     bit(material.normal_texture.is_some(), MATERIAL_NORMAL_MAP)
         | bit(material.has_vertex_colors, MATERIAL_VERTEX_COLORS)
+        | bit(!material.double_sided, MATERIAL_SINGLE_SIDED)
+        | bit(material.is_unlit, MATERIAL_UNLIT)
         | material.base_color_sampling.flags()
+        | material.emission_sampling.flags() << MATERIAL_EMISSION_SHIFT
 }
 
-fn material_textures(material: &Material) -> [(Option<u32>, Sampling); 2] {
-    [(material.base_color_texture, material.base_color_sampling), (material.normal_texture, material.normal_sampling)]
+fn material_textures(material: &Material) -> [(Option<u32>, Sampling); 3] {
+    [
+        (material.base_color_texture, material.base_color_sampling),
+        (material.normal_texture, material.normal_sampling),
+        (material.emission_texture, material.emission_sampling),
+    ]
 }
 
 /// Mips of every texture; a texture used as normal map is linear.
@@ -97,10 +121,11 @@ fn textures(scene: &Scene) -> Vec<(bool, MipChain)> {
 }
 
 /// Lights in upload order, with the share of their light paths that start at each: proportional to its flux while it emits
-/// most, so that a light which is dark now has paths when it shines. And that flux of all.
+/// most, so that a light which is dark now has paths when it shines. And that flux of all. Surfaces that shine by themselves,
+/// of so much flux together, are the last one where there are any.
 #[must_use]
-pub fn lights(scene: &Scene) -> (Vec<PunctualLight>, f64) {
-    listed(&scene.lights, scene.motion.brightest_of(&scene.lights), scene.bounds.radius())
+pub fn lights(scene: &Scene, emitter_flux: f64) -> (Vec<PunctualLight>, f64) {
+    listed(&scene.lights, scene.motion.brightest_of(&scene.lights), scene.bounds.radius(), emitter_flux)
 }
 
 /// `brightest` are the same lights while they emit most.
@@ -108,11 +133,15 @@ fn listed<'a>(
     lights: &'a [Light],
     brightest: impl Iterator<Item = &'a Light>,
     scene_radius: f32,
+    emitter_flux: f64,
 ) -> (Vec<PunctualLight>, f64) {
     let both = lights.iter().zip(brightest);
     let mut list: Vec<(PunctualLight, f64)> =
         both.map(|(light, brightest)| (punctual(light), brightest.flux_luminance(scene_radius))).collect();
     list.sort_by_key(|(light, _)| u32::from(light.kind == LIGHT_POINT));
+    if emitter_flux > 0.0 {
+        list.push((PunctualLight { kind: LIGHT_EMITTERS, ..bytemuck::Zeroable::zeroed() }, emitter_flux));
+    }
     let total: f64 = list.iter().map(|(_, flux)| flux).sum();
     let (mut before, count) = (0.0, list.len() as f64);
     for (light, flux) in &mut list {
@@ -164,7 +193,7 @@ mod tests {
         let point = |i: f32| Light::Point { position_ws: Vec3::ZERO, intensity: Vec3::splat(i) };
         let sun = Light::Directional { direction_ws: Vec3::NEG_Y, irradiance: Vec3::splat(4.0) };
         let lights = [point(1.0), sun, point(3.0)];
-        let (list, flux) = listed(&lights, lights.iter(), 1.0);
+        let (list, flux) = listed(&lights, lights.iter(), 1.0, 0.0);
         assert_eq!(list[0].kind, LIGHT_DIRECTIONAL);
         // Fluxes 4 pi r^2 = 4 pi, 4 pi and 12 pi.
         let shares: Vec<f32> = list.iter().map(|l| l.path_probability).collect();

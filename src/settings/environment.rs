@@ -26,7 +26,7 @@ settings_group! {
         /// Rotation of the environment about +y in degrees, counterclockwise seen from above [default: 0]
         #[arg(id = "environment-turn", long = "environment-turn", value_name = "DEGREES", allow_negative_numbers = true)]
         pub turn_deg as "environment-turn": f32 = 0.0,
-        /// Shadow rays per pixel towards the environment, 0 to 64; 0 turns its direct light off [default: 4]
+        /// Shadow rays per pixel towards the environment, and as many towards surfaces that shine, 0 to 64; 0 turns their direct light off [default: 4]
         #[arg(id = "environment-samples", long = "environment-samples", value_name = "N", help_heading = "Shadows")]
         pub samples as "environment-samples": u32 = 4,
     }

@@ -7,7 +7,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::group::{Validate, settings_group};
 use super::validate::{above_zero, at_least_one, has_extension, require};
 use super::values::name_or_index;
-use super::{Exposure, PixelPlace, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, ToneMap, View};
+use super::{
+    BackFaces, Exposure, PixelPlace, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, ToneMap, View,
+};
 use crate::Result;
 use crate::files::{FileKind, sequence};
 
@@ -22,6 +24,10 @@ settings_group! {
         #[arg(id = "scene", value_name = "SCENE", help_heading = "Run")]
         #[serde(serialize_with = "path_as_text")]
         pub file as "scene": Option<PathBuf> = None,
+        /// Scene of the file, by name or by index from 0 [default: the one that the file names, or the first]
+        #[arg(long, visible_alias = "scene", value_name = "NAME|INDEX")]
+        #[serde(deserialize_with = "name_or_index")]
+        pub scene_name: Option<String> = None,
         /// Camera of the scene, by name or by index from 0, or a position and view as the window saves them:
         /// X,Y,Z,AZIMUTH,HEIGHT,YFOV in metres and degrees [default: the first, or one inside a room and outside
         /// anything else]
@@ -67,6 +73,9 @@ settings_group! {
         /// Tone curve of PNG pictures and the window [default: neutral]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "reinhard|agx|neutral")]
         pub tone_map: ToneMap = ToneMap::Neutral,
+        /// Whether the camera sees the backs of single-sided surfaces; light meets them either way [default: keep]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "keep|cull")]
+        pub back_faces: BackFaces = BackFaces::Keep,
     }
 }
 
@@ -172,6 +181,9 @@ settings_group! {
 
 impl Validate for SceneSettings {
     fn validate(&self) -> Result<()> {
+        require(self.scene_name.is_none() || self.file.is_some(), || {
+            "--scene-name chooses a scene of a file, and none is given: the built-in scene is alone".to_owned()
+        })?;
         let Some(SunPlace { azimuth_deg, height_deg }) = self.sun else { return Ok(()) };
         require(azimuth_deg.is_finite() && height_deg.abs() <= 90.0, || {
             format!("--sun {azimuth_deg},{height_deg} needs a finite azimuth and a height from -90 to 90")

@@ -37,8 +37,8 @@ pub use scope::Scope;
 pub use sun::SunPlace;
 pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings, PbgiSettings};
 pub use values::{
-    Antilag, CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, Rays,
-    Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, Temporal, ToneMap, View,
+    Antilag, BackFaces, CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe,
+    Rays, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, Temporal, ToneMap, View,
     VplImportance, name,
 };
 pub use window_values::{PresentMode, RenderScale};

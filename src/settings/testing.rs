@@ -1,10 +1,10 @@
 //! Settings for tests.
 
 use super::{
-    CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels, LightSet,
-    LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection, Settings,
-    ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View, VplImportance,
-    VplSeeds,
+    BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels,
+    LightSet, LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection,
+    Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View,
+    VplImportance, VplSeeds,
 };
 
 /// Settings of which none is the default.
@@ -15,6 +15,7 @@ pub fn every_value_changed() -> Settings {
         s.run.frames = 8;
         s.run.warmup = 2;
         s.picture.size = Size { width: 320, height: 180 };
+        s.scene.scene_name = Some("night".into());
         s.scene.camera = Some("atrium".into());
         s.scene.sun = Some(SunPlace { azimuth_deg: 10.0, height_deg: 20.5 });
         s.motion.time_s = 1.5;
@@ -64,6 +65,7 @@ pub fn every_value_changed() -> Settings {
         s.picture.exposure = Exposure::Fixed(0.3);
         s.picture.exposure_compensation = -1.5;
         s.picture.tone_map = ToneMap::Agx;
+        s.picture.back_faces = BackFaces::Cull;
         s.render.view = View::ShadowRatio;
         s.output.picture = Some("o.exr".into());
         s.output.timings = vec!["t.csv".into()];

@@ -71,6 +71,16 @@ impl Switch {
     }
 }
 
+/// What the camera sees of the backs of single-sided surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum BackFaces {
+    /// They are surfaces like all others.
+    Keep,
+    /// The camera looks through them.
+    Cull,
+}
+
 /// Emission lobe of a grid light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

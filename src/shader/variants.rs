@@ -35,7 +35,8 @@ type VariantSpec = (&'static str, &'static [(&'static str, &'static str)]);
 const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("atrous/filter_shadows.comp.glsl", FILTERS),
     ("cache_gather/shade_tiles.comp.glsl", CACHES),
-    ("gbuffer/draw_scene.frag.glsl", MOTION),
+    ("emitter_light/sample_emitters.comp.glsl", RAYS),
+    ("gbuffer/draw_scene.frag.glsl", SURFACES),
     ("gbuffer/draw_scene.vert.glsl", MOVING_VERTICES),
     ("exclusive_scan/reduce_blocks.comp.glsl", SCANNED),
     ("exclusive_scan/scan_blocks.comp.glsl", SCANNED),
@@ -88,10 +89,7 @@ const RESERVOIR_MODES: &[VariantSpec] = &[
     ("_exact", &[("RESERVOIR_EXACT", "1")]),
 ];
 
-/// What is on the surfaces alone, or with their motion.
-const MOTION: &[VariantSpec] = &[("", &[]), ("_motion", &[("FINDS_MOTION", "1")])];
-
-/// The same for vertices, which may have moved themselves.
+/// Vertices alone, or with their motion; they may have moved themselves.
 const MOVING_VERTICES: &[VariantSpec] = &[
     ("", &[]),
     ("_motion", &[("FINDS_MOTION", "1")]),
@@ -106,6 +104,14 @@ const HISTORIES: &[VariantSpec] = &[("", &[]), ("_lighting", &[("KEEPS_LIGHTING"
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];
+
+/// What is on the surfaces alone, or with their motion; and in scenes of which something shines or is unlit.
+const SURFACES: &[VariantSpec] = &[
+    ("", &[]),
+    ("_motion", &[("FINDS_MOTION", "1")]),
+    ("_emission", &[("EMISSION", "1")]),
+    ("_motion_emission", &[("FINDS_MOTION", "1"), ("EMISSION", "1")]),
+];
 
 /// What may be kept from the frame before.
 const KEEPING: &[VariantSpec] = &[("", &[]), ("_kept", &[("KEEPS_TEXELS", "1")])];

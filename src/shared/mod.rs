@@ -8,7 +8,7 @@ mod table;
 mod texels;
 
 pub use structs::{
-    ALL as STRUCTS, CacheCounts, CachePlace, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel,
+    ALL as STRUCTS, CacheCounts, CachePlace, Emitter, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel,
     InspectedPixel, InspectedSample, InspectedTexel, LEVEL_ROWS, MicroTexel, PointCounts, PunctualLight, ShownPoint,
     StartCell, StartSample,
 };
@@ -76,6 +76,8 @@ shared_constants! {
     LIGHT_POINT = 1;
     /// Light kind in `PunctualLight`.
     LIGHT_SPOT = 2;
+    /// Light kind in `PunctualLight`: all surfaces that shine by themselves together.
+    LIGHT_EMITTERS = 3;
     /// `--lobe mixture`.
     LOBE_MIXTURE = 0;
     /// `--lobe clamped-normal`.
@@ -190,6 +192,12 @@ shared_constants! {
     MATERIAL_NEAREST = 4;
     /// Where two bits for each axis begin that say what the base colour's texture is beyond its edges: a `WRAP_`.
     MATERIAL_WRAP_SHIFT = 3;
+    /// Bit of a material's flags: its surface has a front alone.
+    MATERIAL_SINGLE_SIDED = 128;
+    /// Where bits begin that say of the emission's texture what the lowest say of that of the base colour.
+    MATERIAL_EMISSION_SHIFT = 8;
+    /// Bit of a material's flags: it is seen as its base colour, in whatever light.
+    MATERIAL_UNLIT = 32_768;
     /// The same again.
     WRAP_REPEAT = 0;
     /// The same again, every other time mirrored.

@@ -117,8 +117,10 @@ shared_structs! {
         pub cache_reach: f32,
         /// Cosine of the angle between normals beyond which a radiance cache says nothing.
         pub cache_cone_cos: f32,
-        /// Unused.
-        pub padding: [f32; 2],
+        /// 1 when the camera looks through backs of single-sided surfaces.
+        pub culls_back_faces: u32,
+        /// Triangles that shine by themselves.
+        pub emitter_count: u32,
         /// 1 when the frame before has left its history, and neither lights nor settings have changed since, whatever
         /// the camera does.
         pub scene_stands: u32,
@@ -150,6 +152,22 @@ shared_structs! {
         pub normal_scale: f32,
         /// `MATERIAL_` bits.
         pub flags: u32,
+        /// Radiance that it sends out by itself, a factor of the texture in `emission_layer`.
+        pub emission: [f32; 3],
+        /// Layer of the albedo array with the emission, or `NO_LAYER`.
+        pub emission_layer: u32,
+    }
+
+    /// A triangle that shines by itself.
+    pub struct Emitter as "Emitter" {
+        /// Which triangle of the scene.
+        pub triangle: u32,
+        /// Its material.
+        pub material: u32,
+        /// Probability of those before it.
+        pub first: f32,
+        /// Probability with which a point on surfaces that shine is on it, above 0.
+        pub probability: f32,
     }
 
     /// What a texel of a micro-buffer stands for (`micro_buffers::table`).
@@ -210,7 +228,7 @@ shared_structs! {
     pub struct PunctualLight as "PunctualLight" {
         /// Position (unused for directional lights).
         pub position_ws: [f32; 3],
-        /// `LIGHT_DIRECTIONAL`, `LIGHT_POINT` or `LIGHT_SPOT`.
+        /// `LIGHT_DIRECTIONAL`, `LIGHT_POINT`, `LIGHT_SPOT`, or `LIGHT_EMITTERS`, which has no place and comes last.
         pub kind: u32,
         /// Unit direction of travel.
         pub direction_ws: [f32; 3],
@@ -403,7 +421,7 @@ const _: () = {
         size_of::<InspectedPixel>()
             == 176 + 32 * (MAX_LEVEL + 1 + MAX_SHADOW_SAMPLES) as usize + 16 * (PRIMARY_EDGE * PRIMARY_EDGE) as usize
     );
-    assert!(size_of::<GpuMaterial>() == 32);
+    assert!(size_of::<GpuMaterial>() == 48);
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);

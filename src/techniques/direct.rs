@@ -17,7 +17,7 @@ impl Technique for Direct {
     }
 
     /// A mean has many samples of its own, and keeps edges that the filter would blur.
-    fn filters_environment(&self, settings: &Settings) -> bool {
+    fn filters_area_light(&self, settings: &Settings) -> bool {
         settings.render.accumulate == 1
     }
 

@@ -14,7 +14,7 @@ use crate::dump::{
 use crate::gpu::Executor;
 use crate::job::Job;
 use crate::passes::compaction::{self, Lights};
-use crate::passes::direct_light::EnvironmentLight;
+use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::light_shape::{LightShape, SLOTS_AT_ONCE};
 use crate::passes::{Frame, FrameShape, debug_view, direct_light, vpl_trace};
@@ -131,7 +131,7 @@ pub(super) fn add_lights(frame: &mut Frame, shape: &LightShape) -> Lights {
 /// Adds the passes of the view `vpls`: the lights as points.
 pub(super) fn add_points(frame: &mut Frame, shape: &LightShape, gbuffer: &GBuffer) -> AddedView {
     let lights = add_lights(frame, shape);
-    let direct = direct_light::add(frame, gbuffer, EnvironmentLight::Here);
+    let direct = direct_light::add(frame, gbuffer, AreaLight::Here, AreaLight::Here);
     let values = debug_view::draw_points(frame, shape, gbuffer, &lights);
     let picture = debug_view::overlay_points(frame, gbuffer, values, direct.radiance);
     AddedView { values, picture, outputs: TechniqueOutputs::new(vec![lights.counts], lights) }

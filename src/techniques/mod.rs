@@ -80,7 +80,7 @@ pub trait Technique: Sync {
     }
 
     /// Whether the noise of the environment's direct light is filtered. References have many samples of their own.
-    fn filters_environment(&self, _settings: &Settings) -> bool {
+    fn filters_area_light(&self, _settings: &Settings) -> bool {
         !self.is_reference()
     }
 

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::dump::Entry;
 use crate::job::Job;
 use crate::passes::compose::Indirect;
-use crate::passes::direct_light::EnvironmentLight;
+use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::{Frame, path_trace};
 use crate::random::hash;
@@ -57,8 +57,12 @@ impl TechniqueShape for PathTraceShape {
     }
 
     /// Its paths find it, as many as there are.
-    fn environment_light(&self) -> EnvironmentLight {
-        EnvironmentLight::InTechnique
+    fn environment_light(&self) -> AreaLight {
+        AreaLight::InTechnique
+    }
+
+    fn emitter_light(&self) -> AreaLight {
+        AreaLight::InTechnique
     }
 
     fn write_constants(&self, job: &Job<'_>, data: &mut FrameData) {

@@ -11,7 +11,7 @@ use crate::dump::{Derived, DumpContext};
 use crate::graph::{BufferHandle, ImageHandle};
 use crate::job::Job;
 use crate::passes::compose::Indirect;
-use crate::passes::direct_light::EnvironmentLight;
+use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::inspect::InspectorInputs;
 use crate::passes::tone_map::ToneMapped;
@@ -36,8 +36,13 @@ pub trait TechniqueShape: AnyShape + Debug + Send + Sync {
     }
 
     /// Who computes the light that the environment sends to the surfaces that are seen.
-    fn environment_light(&self) -> EnvironmentLight {
-        EnvironmentLight::Here
+    fn environment_light(&self) -> AreaLight {
+        AreaLight::Here
+    }
+
+    /// Who computes the light that surfaces which shine send to the surfaces that are seen.
+    fn emitter_light(&self) -> AreaLight {
+        AreaLight::Here
     }
 
     /// What a frame counted, from the words of the buffers in [`TechniqueOutputs::counters`].

@@ -17,7 +17,8 @@ const WORTH_CHOOSING: f64 = 8.0;
 /// Where paths start, learnt for a camera; `None` where as many start everywhere.
 pub(super) fn learn_starts(job: &Job<'_>) -> Result<Option<StartDensity>> {
     let settings = &job.settings.many_lights;
-    let lights = job.scene.light_count + u32::from(job.has_environment());
+    let others = [job.has_environment(), job.scene.emitter_count > 0];
+    let lights = job.scene.light_count + others.map(u32::from).iter().sum::<u32>();
     if settings.vpl_importance == VplImportance::None || lights == 0 {
         return Ok(None);
     }

@@ -50,9 +50,7 @@ pub fn why_unused(settings: &Settings, key: &str) -> Option<String> {
         _ if of_shadows && lights.shadow_samples == 0 => "with --shadow-samples 0",
         "antilag" if settings.lgh.temporal == Some(Temporal::Off) => "with --temporal off",
         "coverage" if settings.pbgi.micro == MicroFill::Rays => "with --micro rays",
-        "environment-scale" | "environment-turn" | "environment-samples"
-            if settings.environment.source == Some(EnvironmentSource::None) =>
-        {
+        "environment-scale" | "environment-turn" if settings.environment.source == Some(EnvironmentSource::None) => {
             "with --environment none"
         }
         _ => return None,

@@ -13,7 +13,7 @@ use gridlight::settings::Size;
 pub fn camera(position_ws: Vec3, forward_ws: Vec3, yfov_rad: f32) -> Camera {
     let right_ws = forward_ws.cross(if forward_ws.y.abs() > 0.9 { Vec3::Z } else { Vec3::Y }).normalize();
     let up_ws = right_ws.cross(forward_ws);
-    Camera { name: "test".into(), position_ws, right_ws, up_ws, forward_ws, yfov_rad, near: 0.01 }
+    Camera { name: "test".into(), position_ws, right_ws, up_ws, forward_ws, yfov_rad, near: 0.01, set_back: 0.0 }
 }
 
 /// The built-in scene.

@@ -50,6 +50,7 @@ impl FlyCamera {
             forward_ws: Vec3::NEG_Z,
             yfov_rad: 1.0,
             near: 0.1,
+            set_back: 0.0,
         })
     }
 
@@ -135,6 +136,7 @@ mod tests {
             forward_ws: Vec3::NEG_Z,
             yfov_rad: 1.0,
             near: 0.1,
+            set_back: 0.0,
         })
     }
 

@@ -15,6 +15,8 @@ use crate::{Error, Result};
 pub struct Wanted {
     /// The file, `None` for the built-in scene.
     pub path: Option<PathBuf>,
+    /// Which of the file's scenes, when it is not the default one.
+    pub scene_name: Option<String>,
     /// Where its sun stands, when that is not left to the scene.
     pub sun: Option<SunPlace>,
     /// Which moment of it is shown.
@@ -55,7 +57,8 @@ impl Loading {
                 }
             };
             let report = |step: &str, done: u64, total: u64| say(format!("{step} {} %", 100 * done / total.max(1)));
-            let scene = (asked.path.as_deref(), asked.motion.is_asked_for(false));
+            let file = asked.path.as_deref().map(|path| (path, asked.scene_name.as_deref()));
+            let scene = (file, asked.motion.is_asked_for(false));
             let scene = read_scene(scene, asked.sun, &asked.motion, &asked.environment, &report)?;
             say("BVH".to_owned());
             let ready = ReadyScene::new(&scene, array_layers);

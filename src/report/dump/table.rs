@@ -42,6 +42,12 @@ pub const TABLE: &[Entry] = &[
         RGBA,
         "Offset in pixels to where the visible surface was in the frame before, y down, its reversed depth there, 0 where it was behind the camera, and 0.",
     ),
+    image(
+        "gbuffer_emission",
+        RADIANCE,
+        RGBA,
+        "Radiance of the visible surface itself: what it sends out, or its colour where it is unlit; only where something does.",
+    ),
     buffer("scan_block_sums_*", COUNT, all_words, "Set bits of each block of words."),
     image(
         "environment_shadowed*",
@@ -56,10 +62,17 @@ pub const TABLE: &[Entry] = &[
         "The same light without occlusion; A is 1 where there is a surface.",
     ),
     image(
+        "emitter_shadowed*",
+        RADIANCE,
+        RGBA,
+        "Light of surfaces that shine by themselves per unit albedo: as its shadow rays found it, or after this many iterations of the filter, with its standard deviation in alpha.",
+    ),
+    image("emitter_unshadowed*", RADIANCE, RGBA, "The same light without occlusion; A is 1 where there is a surface."),
+    image(
         "direct",
         RADIANCE,
         RGBA,
-        "Outgoing radiance due to direct light, shadows included, and the environment where no surface hides it.",
+        "Outgoing radiance due to direct light, shadows included, with what surfaces send out by themselves, and the environment where no surface hides it.",
     ),
     image("radiance", RADIANCE, RGBA, "The frame in linear radiance; A is the share of its samples that was taken."),
     image(

@@ -9,7 +9,7 @@ use crate::graph::Lifetime;
 use crate::light_grid::Levels;
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
-use crate::passes::{EnvironmentShape, FrameShape};
+use crate::passes::{AreaLightShape, FrameShape};
 use crate::settings::{
     FirstLevelBuild, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
 };
@@ -20,7 +20,10 @@ fn frame_shape() -> FrameShape {
         width_px: 8,
         height_px: 8,
         direct: true,
-        environment: Some(EnvironmentShape { samples: 4, is_filtered: true }),
+        environment: Some(AreaLightShape { samples: 4, is_filtered: true }),
+        emitters: Some(AreaLightShape { samples: 4, is_filtered: true }),
+        has_emission: true,
+        culls_back_faces: false,
         accumulate: true,
         rays: crate::settings::Rays::Bvh,
         view: View::Final,

@@ -1,4 +1,4 @@
-//! Base-colour textures resampled to the layers of one square texture array, and mip chains; both in linear light.
+//! Textures of base colours and emission resampled to the layers of one square texture array, and mip chains; both in linear light.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ mod resample;
 use rayon::prelude::*;
 
 use super::sampling::Filter;
-use super::{Scene, Texture};
+use super::{Material, Scene, Texture};
 use resample::{average, resample};
 pub use resample::{mip_chain, sample_texture};
 
@@ -20,22 +20,28 @@ pub struct AlbedoArray {
     pub layers: Vec<Vec<u8>>,
     /// For each material the layer of its base-colour texture, if it has one that found a place.
     pub material_layer: Vec<Option<u32>>,
+    /// The same for the texture of its emission.
+    pub emission_layer: Vec<Option<u32>>,
     /// For each material a linear RGBA factor on top of `base_color`: 1 unless its texture found no place; then the
     /// texture's average colour, with alpha 1 so that a cut-out does not become one large hole.
     pub material_average: Vec<[f32; 4]>,
+    /// The same on top of `emission`.
+    pub emission_average: Vec<[f32; 4]>,
 }
 
-/// Resamples the base-colour textures of a scene to at most `max_layers` layers, in order of first use.
+/// Resamples the textures of base colours, then those of emission, to at most `max_layers` layers, in order of first use.
 #[must_use]
 pub fn build_albedo_array(scene: &Scene, max_layers: u32) -> AlbedoArray {
     let mut slots: HashMap<u32, usize> = HashMap::new();
     // With whether the material that uses it first has its nearest texels.
     let mut used: Vec<(&Texture, bool)> = Vec::new();
-    for material in &scene.materials {
-        let Some(index) = material.base_color_texture else { continue };
+    let base_color = |m: &Material| Some((m.base_color_texture?, m.base_color_sampling));
+    let emission = |m: &Material| Some((m.emission_texture?, m.emission_sampling));
+    let base_colors = scene.materials.iter().filter_map(base_color);
+    for (index, sampling) in base_colors.chain(scene.materials.iter().filter_map(emission)) {
         if let Some(texture) = scene.textures.get(index as usize) {
             slots.entry(index).or_insert_with(|| {
-                used.push((texture, material.base_color_sampling.magnify == Filter::Nearest));
+                used.push((texture, sampling.magnify == Filter::Nearest));
                 used.len() - 1
             });
         }
@@ -43,20 +49,29 @@ pub fn build_albedo_array(scene: &Scene, max_layers: u32) -> AlbedoArray {
     let kept = used.len().min(max_layers as usize);
     if kept < used.len() {
         let (all, lost) = (used.len(), used.len() - kept);
-        log::warn!("{lost} of {all} base-colour textures find no layer: light paths see their average colour");
+        log::warn!("{lost} of {all} textures find no layer: light paths see their average colour");
     }
     let size_px = layer_size(&used[..kept]);
     let layers: Vec<_> =
         used[..kept].par_iter().map(|(texture, nearest)| resample(texture, size_px, *nearest)).collect();
     let averages: Vec<_> = used[kept..].par_iter().map(|(texture, _)| average(texture)).collect();
-    let slot = |m: &super::Material| m.base_color_texture.and_then(|index| slots.get(&index).copied());
-    let material_layer = scene.materials.iter().map(|m| slot(m).filter(|s| *s < kept).map(|s| s as u32)).collect();
-    let factor = |m: &super::Material| {
-        let lost = slot(m).and_then(|s| averages.get(s.checked_sub(kept)?));
+    let layer = |texture: Option<u32>| {
+        let slot = slots.get(&texture?)?;
+        (*slot < kept).then_some(*slot as u32)
+    };
+    let factor = |texture: Option<u32>| {
+        let lost = texture.and_then(|index| averages.get(slots.get(&index)?.checked_sub(kept)?));
         lost.map_or([1.0; 4], |[r, g, b, _]| [*r, *g, *b, 1.0])
     };
-    let material_average = scene.materials.iter().map(factor).collect();
-    AlbedoArray { size_px, layers, material_layer, material_average }
+    let materials = || scene.materials.iter();
+    AlbedoArray {
+        size_px,
+        layers,
+        material_layer: materials().map(|m| layer(m.base_color_texture)).collect(),
+        emission_layer: materials().map(|m| layer(m.emission_texture)).collect(),
+        material_average: materials().map(|m| factor(m.base_color_texture)).collect(),
+        emission_average: materials().map(|m| factor(m.emission_texture)).collect(),
+    }
 }
 
 /// The mip chains of many textures (each with whether it is sRGB encoded), on all cores.
@@ -80,7 +95,6 @@ fn layer_size(textures: &[(&Texture, bool)]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Material;
     use crate::scene::testing::plane;
 
     fn solid(size: u32, rgba: [u8; 4]) -> Texture {

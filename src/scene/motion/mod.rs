@@ -100,6 +100,11 @@ impl Motion {
         self.bodies.iter().for_each(|body| body.pose(&posed, &self.skins, vertices));
     }
 
+    /// Takes over the cameras of a scene where nothing has moved yet, in the order in which they were read.
+    pub(in crate::scene) fn set_cameras(&mut self, cameras: &[Camera]) {
+        self.cameras.iter_mut().zip(cameras).for_each(|(carried, camera)| carried.at_rest.clone_from(camera));
+    }
+
     fn body_moves(&self, body: &Body, moved: &[bool]) -> bool {
         let joints = body.skin.map_or(&[][..], |skin| &self.skins[skin].joints);
         moved[body.node] || joints.iter().any(|joint| moved[*joint])
@@ -110,7 +115,8 @@ impl Camera {
     /// The same camera where its node has gone.
     pub(in crate::scene) fn carried_to(&self, world: &Mat4) -> Self {
         let (right_ws, up_ws, forward_ws) = super::gltf_nodes::frame(world);
-        Self { position_ws: world.w_axis.truncate(), right_ws, up_ws, forward_ws, ..self.clone() }
+        let position_ws = world.w_axis.truncate() - forward_ws * self.set_back;
+        Self { position_ws, right_ws, up_ws, forward_ws, ..self.clone() }
     }
 }
 

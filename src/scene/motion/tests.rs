@@ -412,7 +412,7 @@ fn pointers_turn_lights_on() {
         assert!(intensity.distance(expected) < 1e-6 && (outer_cos - angle.cos()).abs() < 1e-6, "{time_s}");
         assert_eq!(power(&scene.lights[1]), Vec3::splat(3.0));
         // Shares of the light paths are the same at all times, those of the greatest flux: never 0.
-        let (lights, flux) = upload::lights(&scene);
+        let (lights, flux) = upload::lights(&scene, 0.0);
         let spot = lights.iter().find(|light| light.kind == crate::shared::LIGHT_SPOT).unwrap();
         let greatest = f64::from(crate::color::luminance(Vec3::new(8.0, 8.0, 2.0))) * 2.0 * std::f64::consts::PI;
         let greatest = greatest * (1.0 - f64::from(0.6_f32.cos()));
@@ -445,7 +445,7 @@ fn pointers_show_and_hide_what_is_below() {
     assert!(at(file.load(), None, 0.0).motion.moves() == Moves { geometry: true, lights: true, cameras: false });
     assert_eq!(at(file.load(), None, 0.0).bounds.max, Vec3::new(1.0, 1.0, 0.0));
     // It is dark now, and has paths for when it is not.
-    assert!(upload::lights(&at(file.load(), None, 0.5)).0[0].path_probability > 0.99);
+    assert!(upload::lights(&at(file.load(), None, 0.5), 0.0).0[0].path_probability > 0.99);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::Result;
 use crate::dump::{Derived, DumpContext, Entry};
 use crate::job::Job;
 use crate::passes::Frame;
-use crate::passes::direct_light::EnvironmentLight;
+use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::pbgi_shape::PbgiShape;
@@ -127,8 +127,8 @@ impl TechniqueShape for FinalGatherShape {
         self.points.level_range()
     }
 
-    fn environment_light(&self) -> EnvironmentLight {
-        EnvironmentLight::InTechnique
+    fn environment_light(&self) -> AreaLight {
+        AreaLight::InTechnique
     }
 
     fn counts(&self, words: &[Vec<u32>]) -> Vec<Count> {

@@ -17,7 +17,7 @@ use crate::Result;
 use crate::dump::Entry;
 use crate::job::Job;
 use crate::passes::Frame;
-use crate::passes::direct_light::EnvironmentLight;
+use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::pbgi_shape::PbgiShape;
 use crate::settings::{Settings, View};
@@ -106,8 +106,8 @@ impl TechniqueShape for PbgiShape {
     }
 
     /// The caches hold it.
-    fn environment_light(&self) -> EnvironmentLight {
-        EnvironmentLight::InTechnique
+    fn environment_light(&self) -> AreaLight {
+        AreaLight::InTechnique
     }
 
     fn counts(&self, words: &[Vec<u32>]) -> Vec<Count> {

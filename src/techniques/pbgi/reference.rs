@@ -7,7 +7,7 @@ use crate::Result;
 use crate::dump::Entry;
 use crate::job::Job;
 use crate::passes::compose::Indirect;
-use crate::passes::direct_light::EnvironmentLight;
+use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::micro_buffers::GatherTables;
 use crate::passes::pbgi_shape::PbgiShape;
@@ -59,8 +59,8 @@ impl TechniqueShape for PbgiReferenceShape {
         &PbgiReference
     }
 
-    fn environment_light(&self) -> EnvironmentLight {
-        EnvironmentLight::InTechnique
+    fn environment_light(&self) -> AreaLight {
+        AreaLight::InTechnique
     }
 
     fn write_constants(&self, job: &Job<'_>, data: &mut FrameData) {

@@ -64,7 +64,7 @@ impl Session {
                 let source = Some(EnvironmentSource::File(path));
                 self.change(Ok(self.settings.clone().changed(|s| s.environment.source = source)))?;
             }
-            Action::Open(path) => self.load(Some(path))?,
+            Action::Open(path) => self.load(Some(path), None)?,
             Action::Screenshot(name) => self.screenshots.push(Shot { name, waits: false }),
             Action::Render(name) => {
                 self.screenshots.push(Shot { name, waits: true });
@@ -208,13 +208,14 @@ impl Session {
     }
 
     /// Starts to load a scene; the one that is shown stays until then.
-    fn load(&mut self, path: Option<PathBuf>) -> Result<()> {
+    fn load(&mut self, path: Option<PathBuf>, scene_name: Option<String>) -> Result<()> {
         if self.loading.is_some() {
             self.panel.show_error("a scene is already being loaded".to_owned());
             return Ok(());
         }
         let environment = self.settings.environment.clone();
-        let wanted = Wanted { path, sun: None, motion: MotionSettings::default(), environment, is_again: false };
+        let (sun, motion) = (None, MotionSettings::default());
+        let wanted = Wanted { path, scene_name, sun, motion, environment, is_again: false };
         let started = Loading::start(wanted, self.presenter.gpu().report().limits.array_layers);
         self.loading = self.recover(started)?;
         self.panel.clear_error();
@@ -229,12 +230,13 @@ impl Session {
             Ok(new)
         });
         let Some(new) = self.recover(read)? else { return Ok(()) };
-        let scene = new.scene.file.clone();
-        let other_scene = scene != self.settings.scene.file;
-        self.change(Ok(new.changed(|s| s.scene.file = self.settings.scene.file.clone())))?;
+        let scene = (new.scene.file.clone(), new.scene.scene_name.clone());
+        let shown = (self.settings.scene.file.clone(), self.settings.scene.scene_name.clone());
+        let other_scene = scene != shown;
+        self.change(Ok(new.changed(|s| (s.scene.file, s.scene.scene_name) = shown)))?;
         self.saved_settings = self.settings.clone();
         self.panel.say(format!("loaded {}", path.display()));
-        if other_scene { self.load(scene) } else { Ok(()) }
+        if other_scene { self.load(scene.0, scene.1) } else { Ok(()) }
     }
 
     /// Compiles shaders that have changed, on a thread of its own.

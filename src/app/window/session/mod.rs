@@ -175,6 +175,7 @@ impl Session {
         let layers = presenter.gpu().report().limits.array_layers;
         let wanted = Wanted {
             path: settings.scene.file.clone(),
+            scene_name: settings.scene.scene_name.clone(),
             sun: settings.scene.sun,
             motion: settings.motion.clone(),
             environment: settings.environment.clone(),

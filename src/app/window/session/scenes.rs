@@ -23,7 +23,10 @@ impl Session {
             let named = self.settings.scene.camera.as_deref().filter(|_| !self.has_scene);
             let camera = camera.map_or_else(|| find_camera(&loaded.scene, named), Ok)?;
             let quality = self.first_quality();
-            let settings = self.settings_for(quality).changed(|s| s.scene.file.clone_from(&wanted.path));
+            let settings = self.settings_for(quality).changed(|s| {
+                s.scene.file.clone_from(&wanted.path);
+                s.scene.scene_name.clone_from(&wanted.scene_name);
+            });
             let held = self.held_settings_for(quality);
             let inspects = self.inspector.is_on();
             let wanted = WantedFrame { settings: &settings, held: held.as_ref(), camera: &camera, inspects };
@@ -65,7 +68,8 @@ impl Session {
         }
         self.suns = suns;
         self.recent.note(wanted.path.as_deref());
-        (self.settings.scene.file, self.shown_environment) = (wanted.path, wanted.environment);
+        (self.settings.scene.file, self.settings.scene.scene_name) = (wanted.path, wanted.scene_name);
+        self.shown_environment = wanted.environment;
         self.shown_settings = self.settings.clone();
         self.scale.forget(self.window_px());
         (self.has_scene, self.begins_anew) = (true, true);
@@ -84,6 +88,7 @@ impl Session {
         }
         let wanted = Wanted {
             path: self.settings.scene.file.clone(),
+            scene_name: self.settings.scene.scene_name.clone(),
             sun: self.suns.setting(),
             motion: self.settings.motion.clone(),
             environment: asked.clone(),

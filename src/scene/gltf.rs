@@ -155,7 +155,7 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
 fn lit_by(found: &Found, draws: &[Draw], materials: &[Material]) -> LitBy {
     match () {
         () if found.is_dark || !found.lights.is_empty() => LitBy::Lights,
-        () if draws.iter().any(|draw| materials[draw.material as usize].shines()) => LitBy::EmissiveSurfaces,
+        () if draws.iter().any(|draw| materials[draw.material as usize].is_lamp()) => LitBy::EmissiveSurfaces,
         () => LitBy::Nothing,
     }
 }

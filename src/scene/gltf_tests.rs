@@ -286,11 +286,20 @@ fn what_lights_a_scene_is_told() {
     };
     let glowing = |glow: f32| json!({"materials": [{"emissiveFactor": [0, glow, 0]}, {"emissiveFactor": [1, 1, 1]}]});
     let of_material = json!({"material": 0});
+    let data = format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(png(7)));
+    let display = |strength: f32| {
+        json!({"images": [{"uri": data}], "textures": [{"source": 0}], "materials": [{
+            "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0},
+            "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}}]})
+    };
     for (primitive, extra, lit_by) in [
         (json!({}), json!({}), LitBy::Nothing),
         (json!({}), lamp(2.0), LitBy::Lights),
         (json!({}), lamp(0.0), LitBy::Lights),
         (of_material.clone(), glowing(0.5), LitBy::EmissiveSurfaces),
+        // A texture that glows is a detail, unless it is bright.
+        (of_material.clone(), display(1.0), LitBy::Nothing),
+        (of_material.clone(), display(2.0), LitBy::EmissiveSurfaces),
         // No triangle has the material that glows.
         (of_material.clone(), glowing(0.0), LitBy::Nothing),
         (

@@ -117,6 +117,13 @@ impl Material {
     pub fn shines(&self) -> bool {
         !self.is_unlit && self.emission.iter().any(|channel| *channel > 0.0)
     }
+
+    /// Whether it can be meant to be all the light of a scene: a texture of emission no brighter than 1 is a detail, such as the
+    /// display of a device, of a model that is to be shown in somebody's light.
+    #[must_use]
+    pub fn is_lamp(&self) -> bool {
+        self.shines() && (self.emission_texture.is_none() || self.emission.iter().any(|channel| *channel > 1.0))
+    }
 }
 
 /// A decoded texture, RGBA8, row 0 at the top.
@@ -194,7 +201,7 @@ impl Light {
 pub enum LitBy {
     /// Lights, be they dark.
     Lights,
-    /// Emissive surfaces, without a light.
+    /// Emissive surfaces ([`Material::is_lamp`]), without a light.
     EmissiveSurfaces,
     /// Nothing: it leaves that to whoever shows it.
     Nothing,

@@ -162,9 +162,9 @@ fn a_lamp_that_is_dimmed_dims_the_picture_at_once() {
     }
 }
 
-/// What a box hid begins anew; everything else goes on.
+/// What a box hid before the camera moved begins anew; everything else goes on.
 #[test]
-fn what_a_moved_box_uncovers_begins_anew() {
+fn what_a_moved_camera_uncovers_begins_anew() {
     let test = gpu();
     let settings = settings(SIZE, Temporal::Shadows, ShadowEstimate::Corrected);
     let mut scene = wall(1.0);

@@ -75,6 +75,13 @@ fn room() -> Scene {
     scene
 }
 
+/// The same with walls that shine.
+fn shining_room() -> Scene {
+    let mut scene = room();
+    scene.materials[0].emission = [0.3, 0.2, 0.1];
+    scene
+}
+
 fn small() -> Settings {
     Settings::default().changed(|s| {
         s.picture.size = Size { width: 48, height: 27 };
@@ -223,6 +230,18 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     modes
 }
 
+/// What surfaces that shine have to do with: every technique, and the G-buffer with and without motion.
+fn shining_modes() -> Vec<Settings> {
+    let techniques = Technique::value_variants().iter();
+    let mut modes: Vec<_> = techniques.map(|technique| small().changed(|s| s.render.technique = *technique)).collect();
+    modes.push(small().changed(|s| s.lgh.temporal = Some(Temporal::Indirect)));
+    modes.push(small().changed(|s| {
+        s.render.technique = Technique::Pbgi;
+        s.pbgi.micro = MicroFill::Points;
+    }));
+    modes
+}
+
 /// Renders two frames; gives the names of the shaders that ran.
 fn render(
     gpu: &Arc<Gpu>,
@@ -277,16 +296,23 @@ fn query_modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     lgh.chain(others).chain(points).map(|settings| settings.changed(|s| s.tracing.rays = Rays::Query)).collect()
 }
 
-fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {
-    let scene = room();
-    let query = gpu.features().ray_query;
-    let mut uploaded = UploadedScene::with_rays(gpu, &scene, if query { Rays::Query } else { Rays::Bvh }).unwrap();
-    uploaded.spread_points(&scene, Some(12)).unwrap();
-    let mut modes = modes(reservoirs);
-    if query {
-        modes.extend(query_modes(reservoirs));
-    }
+/// Renders a scene in some modes; gives the names of the shaders that ran.
+fn render_modes(gpu: &Arc<Gpu>, scene: &Scene, modes: &[Settings]) -> BTreeSet<String> {
+    let rays = if gpu.features().ray_query { Rays::Query } else { Rays::Bvh };
+    let mut uploaded = UploadedScene::with_rays(gpu, scene, rays).unwrap();
+    uploaded.spread_points(scene, Some(12)).unwrap();
     modes.iter().flat_map(|settings| render(gpu, &uploaded, &scene.cameras[0], settings)).collect()
+}
+
+fn render_all(gpu: &Arc<Gpu>, reservoirs: &[Reservoir]) -> BTreeSet<String> {
+    let (mut modes, mut shining) = (modes(reservoirs), shining_modes());
+    if gpu.features().ray_query {
+        modes.extend(query_modes(reservoirs));
+        shining.extend(shining_modes().into_iter().map(|settings| settings.changed(|s| s.tracing.rays = Rays::Query)));
+    }
+    let mut names = render_modes(gpu, &room(), &modes);
+    names.extend(render_modes(gpu, &shining_room(), &shining));
+    names
 }
 
 #[test]

@@ -252,7 +252,7 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &whole[..whole.len() - 3]).unwrap();
         assert!(Array::read(&path).unwrap_err().to_string().ends_with("it holds 13 bytes of numbers instead of 16"));
-        // Fields whose sizes add up to more than there is: the sum must not come round to four bytes.
+        // Fields whose sizes add up to more than there is: the sum must not come round to a size that fits.
         let half = format!("({},)", 1_u64 << 61);
         let head = format!(
             "{{'descr': [('a', '<f4', {half}), ('b', '<f4', {half}), ('c', '<f4')], \
@@ -261,7 +261,7 @@ mod tests {
         let whole = [b"\x93NUMPY\x01\0", &(head.len() as u16).to_le_bytes()[..], head.as_bytes(), &[0; 4]].concat();
         std::fs::write(&path, whole).unwrap();
         let refused = Array::read(&path).unwrap_err().to_string();
-        assert!(refused.contains("instead of 18446744073709551615"), "{refused}");
+        assert!(refused.contains("is not a .npy file"), "{refused}");
         std::fs::write(&path, "no array").unwrap();
         assert!(Array::read(&path).unwrap_err().to_string().contains("is not a .npy file"));
         std::fs::remove_file(&path).unwrap();

@@ -1,9 +1,9 @@
 //! Settings for tests.
 
 use super::{
-    BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild, Levels,
-    LightSet, LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection,
-    Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, ToneMap, View,
+    Antilag, BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild,
+    Levels, LightSet, LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection,
+    Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, Temporal, ToneMap, View,
     VplImportance, VplSeeds,
 };
 
@@ -59,6 +59,8 @@ pub fn every_value_changed() -> Settings {
         s.lgh.build = LevelBuild::Scatter;
         s.lgh.scatter = Some(FirstLevelBuild::Atomic);
         s.lgh.filter = ShadowFilter::None;
+        s.lgh.temporal = Some(Temporal::Shadows);
+        s.lgh.antilag = Antilag::Tiles;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 50.5;
         s.tracing.seed = u32::MAX;

@@ -62,7 +62,7 @@ fn a_pass_beyond_a_limit_is_refused_by_name() {
     for (refused, kind, name) in [
         (refusal(|limits| &mut limits.uniform_buffers, 0), "1 uniform buffers", "maxPerStageDescriptorUniformBuffers"),
         (refusal(|limits| &mut limits.sampled_images, 3), "sampled images", "maxPerStageDescriptorSampledImages"),
-        (refusal(|limits| &mut limits.storage_images, 1), "2 storage images", "maxPerStageDescriptorStorageImages"),
+        (refusal(|limits| &mut limits.storage_images, 0), "storage images", "maxPerStageDescriptorStorageImages"),
         (refusal(|limits| &mut limits.samplers, 2), "3 samplers", "maxPerStageDescriptorSamplers"),
         (refusal(|limits| &mut limits.resources, 5), "resources", "maxPerStageResources"),
     ] {

@@ -414,7 +414,7 @@ fn pointers_turn_lights_on() {
         // Shares of the light paths are the same at all times, those of the greatest flux: never 0.
         let (lights, flux) = upload::lights(&scene, 0.0);
         let spot = lights.iter().find(|light| light.kind == crate::shared::LIGHT_SPOT).unwrap();
-        let greatest = f64::from(crate::color::luminance(Vec3::new(8.0, 8.0, 2.0))) * 2.0 * std::f64::consts::PI;
+        let greatest = f64::from(crate::color::luminance(Vec3::new(8.0, 8.0, 0.0))) * 2.0 * std::f64::consts::PI;
         let greatest = greatest * (1.0 - f64::from(0.6_f32.cos()));
         let share = greatest / (greatest + 3.0 * 4.0 * std::f64::consts::PI);
         assert!((f64::from(spot.path_probability) - share).abs() < 1e-6, "{time_s}: {} {share}", spot.path_probability);

@@ -23,6 +23,8 @@ use crate::shared::{BvhNode, LIGHT_EMITTERS, PunctualLight};
 pub struct UploadedScene {
     pub(crate) set: Arc<SceneSet>,
     pub(crate) bounds: Aabb,
+    /// Of the places of all point lights at all times.
+    lamp_bounds: Aabb,
     /// Longest edge of any triangle's bounding box.
     pub(crate) largest_triangle: f32,
     pub(crate) first_point_light: u32,
@@ -52,6 +54,8 @@ pub struct UploadedScene {
     vertex_moves: u64,
     /// Whether anything moves: vertices, lights or cameras.
     animated: bool,
+    /// Whether vertices or lights move, and light paths with them.
+    lighting_moves: bool,
     /// Points over its surfaces, those that were asked for last in front.
     points: Vec<Arc<PointCloud>>,
 }
@@ -146,6 +150,7 @@ impl UploadedScene {
         Ok(Self {
             set,
             bounds: scene.bounds,
+            lamp_bounds: scene.lamp_bounds(),
             largest_triangle: largest_triangle(scene),
             first_point_light,
             light_count,
@@ -163,6 +168,7 @@ impl UploadedScene {
             moving: moves.then(|| Arc::new(MovingBvh::new(bvh))),
             vertex_moves: 0,
             animated: scene.motion.moves().any(),
+            lighting_moves: moves || scene.motion.moves().lights,
             points: Vec::new(),
         })
     }
@@ -270,6 +276,18 @@ impl UploadedScene {
     #[must_use]
     pub fn is_animated(&self) -> bool {
         self.animated
+    }
+
+    /// Bounds of the places of all point lights at all times; empty without any.
+    #[must_use]
+    pub fn lamp_bounds(&self) -> Aabb {
+        self.lamp_bounds
+    }
+
+    /// Whether vertices or lights move, and light paths with them.
+    #[must_use]
+    pub fn has_moving_lighting(&self) -> bool {
+        self.lighting_moves
     }
 
     /// Triangles of the scene that shine by themselves.

@@ -281,6 +281,7 @@ fn an_independent_script_computes_the_same() {
         ("volumes", "--lighting volumes --reservoir exact --interleave 4"),
         ("scattered", "--build scatter --first-level 0 --shadow-samples 0"),
         ("originals", "--first-level 0"),
+        ("anchored", "--vpl-seeds fresh"),
     ] {
         let path = dump(folder.path(), name, options);
         let found = recompute(python, &path, &["--pixels", "100"]);

@@ -51,7 +51,7 @@ fn list(test: &common::GpuTest, lights: &LightList, top: u32) -> Lists {
     let shape = shape(options);
     let mut frame = Frame::without_scene(frame_shape());
     let s0 = compaction::declare_lights(&mut frame, &shape.lights);
-    let placement = bounds::add(&mut frame, &s0, &shape.lights);
+    let placement = bounds::add(&mut frame, &s0, &shape.lights, None);
     let buckets = light_buckets::add(&mut frame, &shape, &s0, placement);
     light_buckets::sort(&mut frame, &shape, &buckets);
     let data = frame_data(&shape, 5.0);

@@ -51,7 +51,7 @@ fn compare_placement(gpu: &GridPlacement, twin: &GridPlacement) -> Verdict {
 
 /// Occupancy, ranks and level table, exactly; then the grid lights.
 fn compare_with_twin(gpu: &Readback, lights: &LightList, build: LevelBuild, capacity: u32, radius: f32) -> Verdict {
-    compare_placement(&gpu.grid.placement, &place_grid(&reduce_bounds(lights), lights.len() as u32, radius))?;
+    compare_placement(&gpu.grid.placement, &place_grid(&reduce_bounds(lights), lights.len() as u32, radius, None))?;
     let (grid, levels, top) = (&gpu.grid, gpu.grid.levels, gpu.grid.levels.top);
     let words = levels.total_words() as usize;
     let mut occupancy = vec![0; words + 1];

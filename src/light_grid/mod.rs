@@ -1,5 +1,6 @@
 //! The shape of the grid hierarchy: levels, vertices, and where each level's occupancy bits lie.
 
+pub mod anchor;
 pub mod choose_levels;
 
 use crate::shared::{LEVEL_ROWS, MAX_LEVEL, MIN_TOP_LEVEL};

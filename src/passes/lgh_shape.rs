@@ -4,6 +4,7 @@ use ash::vk;
 
 use super::light_shape::LightShape;
 use crate::light_grid::Levels;
+use crate::light_grid::anchor::GridAnchor;
 use crate::settings::{
     Antilag, CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate, ShadowFilter,
     ShadowPoints, Temporal,
@@ -20,6 +21,8 @@ pub struct LghShape {
     pub interleave: u32,
     /// Levels of the hierarchy.
     pub levels: Levels,
+    /// Where the grids stand; `None` is around the lights of each frame.
+    pub anchor: Option<GridAnchor>,
     /// How grid lights send out their flux.
     pub lobe: Lobe,
     /// Where grid lights are.

@@ -77,7 +77,11 @@ pub struct Readback {
 impl Hierarchy {
     /// Compiles it.
     pub fn new(gpu: &Arc<Gpu>, options: Options) -> Self {
-        let shape = shape(options);
+        Self::of_shape(gpu, shape(options))
+    }
+
+    /// Compiles one of a shape.
+    pub fn of_shape(gpu: &Arc<Gpu>, shape: LghShape) -> Self {
         let (graph, outputs) = lgh::build_hierarchy(frame_shape(), &shape);
         let executor = Executor::new(gpu, graph, None).unwrap();
         Self { executor, outputs, shape }
@@ -165,6 +169,7 @@ pub fn shape(options: Options) -> LghShape {
         picture_px: SIZE_PX,
         interleave: options.interleave,
         levels,
+        anchor: None,
         lobe: gridlight::settings::Lobe::Mixture,
         center: options.center,
         first_level: options.first_level,

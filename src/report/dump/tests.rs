@@ -52,6 +52,7 @@ fn lgh() -> LghShape {
         picture_px: [8, 8],
         interleave: 1,
         levels: Levels::new(4),
+        anchor: None,
         lobe: crate::settings::Lobe::Mixture,
         center: crate::settings::CenterWeight::Intensity,
         first_level: 1,

@@ -3,7 +3,7 @@
 use super::clip::MOMENTS_PER_CLIP;
 use super::{Motion, Moves};
 use crate::scene::gltf_mesh::within_reach;
-use crate::scene::{Aabb, Scene};
+use crate::scene::{Aabb, Light, Scene};
 use crate::{Error, Result};
 
 /// Most keys that bounds are looked at; clips of more keys are sampled at every so many.
@@ -41,6 +41,25 @@ impl Scene {
             self.bounds = self.motion.swept_bounds(self);
         }
         Ok(())
+    }
+
+    /// Bounds of the places of all point lights, at all moments; [`Aabb::EMPTY`] without any.
+    #[must_use]
+    pub fn lamp_bounds(&self) -> Aabb {
+        let place = |light: &Light| match light {
+            Light::Point { position_ws, .. } => Some(*position_ws),
+            _ => None,
+        };
+        let standing = self.lights.iter().filter_map(place).fold(Aabb::EMPTY, |all, place| all.with(place));
+        let motion = &self.motion;
+        if !motion.moves().lights {
+            return standing;
+        }
+        motion.moments_s().into_iter().fold(standing, |all, time_s| {
+            let posed = motion.hierarchy.pose(motion.playing_clips(), time_s);
+            let carried = motion.lights.iter().map(|carried| carried.at_rest.carried_to(&posed.worlds[carried.node]));
+            carried.filter_map(|light| place(&light)).fold(all, |all, place| all.with(place))
+        })
     }
 
     /// Puts everything that moves where it is at a moment.

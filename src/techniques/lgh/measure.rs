@@ -6,11 +6,13 @@ use super::super::many_lights::{self, CAPACITY_MARGIN, check_fit};
 use crate::gpu::Gpu;
 use crate::job::Job;
 use crate::light_grid::Levels;
-use crate::light_grid::choose_levels::{LevelChoice, choose_levels};
+use crate::light_grid::anchor::GridAnchor;
+use crate::light_grid::choose_levels::{LevelChoice, choose_levels, light_bounds};
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_volumes::reservoir_bytes;
 use crate::passes::{descent, merge};
-use crate::settings::{self, FirstLevelBuild, LevelBuild, LightingMode, Reservoir, Settings};
+use crate::scene::Aabb;
+use crate::settings::{self, FirstLevelBuild, LevelBuild, LightingMode, Reservoir, Settings, VplSeeds};
 use crate::shared::{GridLight, MOMENT_WORDS};
 use crate::{Error, Result};
 
@@ -55,6 +57,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<LghShape> {
         picture_px: [size.width, size.height],
         interleave: settings.lgh.interleave,
         levels: Levels::new(2),
+        anchor: None,
         lobe: settings.lgh.lobe,
         center: settings.lgh.center,
         first_level: settings.lgh.first_level,
@@ -82,7 +85,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<LghShape> {
 /// Takes over what another shape of the same lights was measured to need.
 pub(super) fn take_measures(shape: &mut LghShape, known: &LghShape) {
     many_lights::take_measures(&mut shape.lights, &known.lights);
-    (shape.levels, shape.scatter) = (known.levels, known.scatter);
+    (shape.levels, shape.anchor, shape.scatter) = (known.levels, known.anchor, known.scatter);
     (shape.grid_capacity, shape.upper_capacity) = (known.grid_capacity, known.upper_capacity);
 }
 
@@ -90,6 +93,8 @@ pub(super) fn take_measures(shape: &mut LghShape, known: &LghShape) {
 pub(super) fn measure(job: &Job<'_>, shape: &mut LghShape) -> Result<()> {
     many_lights::measure_paths(job, &mut shape.lights)?;
     let positions = many_lights::trace(job, &shape.lights)?.positions;
+    let (low_ws, high_ws) = light_bounds(&positions);
+    shape.anchor = anchor(job).map(|anchor| anchor.grown(low_ws, high_ws));
     let fixed = match job.settings.lgh.levels {
         settings::Levels::Auto => None,
         settings::Levels::Fixed(top) => Some(top),
@@ -100,12 +105,22 @@ pub(super) fn measure(job: &Job<'_>, shape: &mut LghShape) -> Result<()> {
         largest_buffer_bytes(&sized) <= job.gpu.report().limits.storage_range_bytes
             && merge::light_rows(&sized) <= job.gpu.report().limits.image_edge_px
     };
-    let choice = choose_levels(&positions, fixed, fits);
+    let choice = choose_levels(&positions, shape.anchor, fixed, fits);
     take_levels(shape, &choice);
     shape.scatter = scatter_mode(job.settings, choice.most_in_cell);
     check_hierarchy(job, shape)?;
     log::info!("{} lights, {} levels, {} lights in S1", positions.len(), choice.levels.top, choice.s1_count);
     Ok(())
+}
+
+/// Where the grids stand when frames have different lights: a grid around the lights of each would move all its vertices with
+/// the outermost light, and the light of a whole picture with them.
+fn anchor(job: &Job<'_>) -> Option<GridAnchor> {
+    let has_lamps = many_lights::scene_lights(job.scene, job.settings) > 0;
+    let lamps = if has_lamps { job.scene.lamp_bounds() } else { Aabb::EMPTY };
+    let bounds = job.scene.bounds.union(&lamps);
+    let differ = job.scene.has_moving_lighting() || job.settings.many_lights.vpl_seeds == Some(VplSeeds::Fresh);
+    differ.then(|| GridAnchor::around(bounds.min.to_array(), bounds.max.to_array())).flatten()
 }
 
 /// Takes over levels, with room for their lights.

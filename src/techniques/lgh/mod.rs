@@ -96,7 +96,8 @@ impl Technique for Lgh {
     }
 
     fn keeps_measures(&self, now: &Settings, before: &Settings) -> bool {
-        many_lights::keeps_measures(now, before, |settings| settings.lgh.measured())
+        // Fresh paths have a grid that stands still.
+        many_lights::keeps_measures(now, before, |settings| (settings.lgh.measured(), settings.many_lights.vpl_seeds))
     }
 
     fn dump_entries(&self) -> &'static [&'static [Entry]] {
@@ -211,6 +212,7 @@ impl TechniqueShape for LghShape {
             "light_capacity": self.lights.light_capacity(),
             "grid_capacity": self.grid_capacity,
             "upper_capacity": self.upper_capacity,
+            "grid_anchor": self.anchor.map(|anchor| json!({ "low_ws": anchor.low_ws, "edge": anchor.edge })),
             "shadow_samples": self.lights.shadow_samples,
         });
         sizes.as_object().cloned().unwrap_or_default()

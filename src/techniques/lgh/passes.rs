@@ -80,7 +80,7 @@ pub(in crate::techniques) fn add_hierarchy(frame: &mut Frame, shape: &LghShape, 
 }
 
 fn add_grids(frame: &mut Frame, shape: &LghShape, lights: Lights, for_shadows: bool) -> HierarchyOutputs {
-    let placement = bounds::add(frame, &lights, &shape.lights);
+    let placement = bounds::add(frame, &lights, &shape.lights, shape.anchor);
     let grid = construct(frame, shape, &lights, placement);
     let descend = for_shadows && shape.shadow_points == ShadowPoints::Descent;
     let descent = descend.then(|| descent::add(frame, shape, &lights, placement, &grid));

@@ -22,6 +22,8 @@ use gridlight::cpu::place_grid::place_grid;
 use gridlight::cpu::reduce_bounds::reduce_bounds;
 use gridlight::cpu::resolve_moments::resolve_moments;
 use gridlight::cpu::scatter_lights::scatter_lights;
+use gridlight::light_grid::anchor::GridAnchor;
+use gridlight::passes::lgh_shape::LghShape;
 use gridlight::settings::{CenterWeight, LevelBuild};
 use gridlight::shared::{GridLight, GridPlacement};
 
@@ -274,6 +276,24 @@ fn centres_are_weighted_means() {
         assert!(compare_centres(&moved, &lights).is_err(), "a moved centre");
         gpu.grid.center = other;
         assert!(compare_centres(&gpu, &lights).is_err(), "{center:?} centres are {other:?} ones too");
+    }
+}
+
+#[test]
+fn a_vertex_holds_no_share_that_would_not_mark_it() {
+    let test = common::gpu();
+    let mut lights = LightList::default();
+    // With cells of edge 1, the second light marks vertex (2, 2, 2), and of the third 1.2e-7 would fall to it.
+    for position in [[0.0; 3], [2.0; 3], [1.0 + f32::EPSILON, 2.0, 2.0]] {
+        lights.push(position, 0, [1.0; 3], false);
+    }
+    for build in BUILDS {
+        let anchor = Some(GridAnchor { low_ws: [0.0; 3], edge: 4.0 });
+        let shape = LghShape { anchor, ..common::hierarchy::shape(options(3, build)) };
+        let gpu = Hierarchy::of_shape(&test.gpu, shape).run(&lights, 5.0);
+        let s1: Vec<(u32, f32)> = gpu.lights[gpu.table.range(1)].iter().map(|l| (l.vertex, l.weight)).collect();
+        assert_eq!(s1.iter().map(|(vertex, _)| *vertex).collect::<Vec<_>>(), [0, 61, 62], "{build:?}");
+        assert_eq!(s1[2].1, 1.0, "{build:?}: {s1:?}");
     }
 }
 

@@ -18,6 +18,7 @@ layout(push_constant) uniform Push { uint index_bits; };
 
 #include "common/level_table.glsl"
 #include "common/occupancy.glsl"
+#include "common/vertex_share.glsl"
 
 void main() {
     uint light = linear_thread();
@@ -29,7 +30,7 @@ void main() {
     uvec3 cell = cell_of(cells, 1u);
     for (uint i = 0u; i < 8u; ++i) {
         uvec3 corner = uvec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
-        float share = trilinear_weight(cells - vec3(cell), corner) * m;
+        float share = vertex_share(cells - vec3(cell), corner) * m;
         uint s1 = grid_light_at(cell + corner, 1u);
         if (share <= 0.0 || s1 == NO_LIGHT) {
             continue;

@@ -7,9 +7,10 @@ uvec2 negated(uvec2 words) { return uvec2(~words.x + 1u, ~words.y + (words.x == 
 
 // Splits a value in [-1, 1] into the two words. By magnitude, so that small negative values keep their bits.
 uvec2 fixed_from_float(float value) {
-    float scaled = abs(value) * FIXED_HIGH;
-    float high = floor(scaled);
-    uvec2 words = uvec2(uint((scaled - high) * FIXED_LOW), uint(high));
+    precise float scaled = abs(value) * FIXED_HIGH;
+    precise float high = floor(scaled);
+    precise float low = (scaled - high) * FIXED_LOW;
+    uvec2 words = uvec2(uint(low), uint(high));
     return value < 0.0 ? negated(words) : words;
 }
 

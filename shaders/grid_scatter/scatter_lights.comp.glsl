@@ -46,7 +46,7 @@ void main() {
     vec3 fraction = light.cells - vec3(cell);
     for (uint i = 0u; i < 8u; ++i) {
         uvec3 corner = uvec3(i & 1u, (i >> 1u) & 1u, i >> 2u);
-        float weight = trilinear_weight(fraction, corner);
+        float weight = vertex_share(fraction, corner);
         uint record = grid_light_at(cell + corner, level);
         if (record != NO_LIGHT && weight > 0.0) {
             float[MOMENTS] terms = moments_of(light, weight, fraction - vec3(corner));

@@ -36,7 +36,7 @@ void add_light(uint index, uvec3 vertex, inout uvec2 sums[MOMENTS]) {
     uvec3 cell = cell_of(light.cells, 1u);
     uvec3 corner = vertex - cell;
     vec3 fraction = light.cells - vec3(cell);
-    float weight = trilinear_weight(fraction, corner);
+    float weight = vertex_share(fraction, corner);
     if (weight > 0.0) {
         float[MOMENTS] terms = moments_of(light, weight, fraction - vec3(corner));
         for (uint moment = 0u; moment < MOMENTS; ++moment) {

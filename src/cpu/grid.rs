@@ -74,6 +74,16 @@ pub fn s1_vertex_in_cells(vertex: UVec3, level: u32) -> Vec3 {
     vertex.as_vec3() * 2.0_f32.powi(1 - level as i32)
 }
 
+/// Corners with no more than this weight are left out.
+pub const MIN_WEIGHT: f32 = 1e-6;
+
+/// Twin of `common/vertex_share.glsl`: the trilinear weight of a corner, or 0 where that is left out.
+#[must_use]
+pub fn vertex_share(fraction: Vec3, corner: UVec3) -> f32 {
+    let weight = trilinear_weight(fraction, corner);
+    if weight > MIN_WEIGHT { weight } else { 0.0 }
+}
+
 /// Trilinear weight of a corner for a position `fraction` inside its cell.
 #[must_use]
 pub fn trilinear_weight(fraction: Vec3, corner: UVec3) -> f32 {

@@ -4,18 +4,15 @@ use std::ops::RangeInclusive;
 
 use glam::Vec3;
 
-use super::grid::{Grid, corner, trilinear_weight};
+use super::grid::{Grid, corner, vertex_share};
 use super::lights::LightList;
-
-/// Corners with less than this weight are left out.
-const MIN_WEIGHT: f32 = 1e-6;
 
 /// Marks the vertices that a light at `cells` shares itself with.
 pub fn mark_vertices(occupancy: &mut [u32], grid: &Grid, cells: Vec3, level: u32) {
     let cell = grid.cell_of(cells, level);
     let fraction = cells - cell.as_vec3();
     for corner in (0..8).map(corner) {
-        if trilinear_weight(fraction, corner) > MIN_WEIGHT {
+        if vertex_share(fraction, corner) > 0.0 {
             let vertex = cell + corner;
             occupancy[grid.occupancy_word(vertex, level)] |= 1 << (vertex.x % 32);
         }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::count_lights::LevelTable;
 use super::fixed_point::{SMALLEST, fixed_from_float};
-use super::grid::{Grid, corner, trilinear_weight};
+use super::grid::{Grid, corner, vertex_share};
 use super::lights::LightList;
 use crate::color::luminance;
 use crate::settings::CenterWeight;
@@ -28,7 +28,7 @@ pub fn scatter_lights(
         let cell = grid.cell_of(cells, level);
         let fraction = cells - cell.as_vec3();
         for corner in (0..8).map(corner) {
-            let weight = trilinear_weight(fraction, corner);
+            let weight = vertex_share(fraction, corner);
             let vertex = cell + corner;
             let word = grid.occupancy_word(vertex, level);
             let bit = 1 << (vertex.x % 32);

@@ -12,6 +12,8 @@ from .reader import unpack_octahedral
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # The unit of the fixed-point sums.
 FIXED_POINT = 2.0**-40
+# Shares of a light at a vertex that are not above this are left out.
+MIN_WEIGHT = 1e-6
 
 
 class Grid:
@@ -65,15 +67,22 @@ def placement(dump, _rng, _pixels):
     found = dump.get("bounds/place_grid", "grid_placement")[0]
     low, high = positions.min(axis=0), positions.max(axis=0)
     radius = dump.frame["scene_radius"]
-    edge = max(float((high - low).max()) * 1.0001, 1e-4 * radius)
+    origin, edge = low, max(float((high - low).max()) * 1.0001, 1e-4 * radius)
+    flux_scale = fluxes.max()
+    anchor = dump.manifest["shape"]["grid_anchor"]
+    if anchor is not None:
+        origin, edge = np.array(anchor["low_ws"]), anchor["edge"]
+        while (low < origin).any() or (high > origin + edge).any():
+            origin, edge = origin - edge * (low < origin), 2.0 * edge
+        flux_scale = 2.0 ** np.ceil(np.log2(flux_scale))
     errors = [
         worst(bounds["lowest_ws"], low, radius),
         worst(bounds["highest_ws"], high, radius),
         worst(bounds["largest_flux"], fluxes.max(), fluxes.max()),
-        worst(found["origin_ws"], low, radius),
+        worst(found["origin_ws"], origin, radius),
         worst(found["h_top"], edge, edge),
         worst(found["inverse_h_top"], 1.0 / edge, 1.0 / edge),
-        worst(found["flux_scale"], fluxes.max(), fluxes.max()),
+        worst(found["flux_scale"], flux_scale, flux_scale),
         worst(found["light_count"], len(positions), 1.0),
     ]
     return 15, max(errors)
@@ -94,6 +103,7 @@ def moments(dump, _rng, _pixels):
         vertices = dump.get(dump.grid_lights(level), "grid_lights")["vertex"]
         sums = np.zeros(found.shape)
         for index, w, q in grid.corners(grid.cells(lights["position_ws"], level), level):
+            w = np.where(w > MIN_WEIGHT, w, 0.0)
             wm = np.where(w > 0.0, np.maximum(w * m, FIXED_POINT), 0.0)[:, None]
             w = w[:, None]
             values = np.concatenate([w, wm, wm * q, wm * q * q, wm * normal, w * flux], axis=1)

@@ -12,6 +12,8 @@ layout(set = 0, binding = 3, std430) writeonly buffer Grid { GridPlacement grid;
 layout(push_constant) uniform Push { float anchor_edge; float anchor_x_ws; float anchor_y_ws; float anchor_z_ws; };
 
 const uint MOST_DOUBLINGS = 256u;
+// How far lights may lie outside, as a part of the edge, to count as on the face.
+const float SLACK = 1.0 / 1024.0;
 
 float float_from_ordered(uint ordered) {
     return uintBitsToFloat((ordered & 0x80000000u) != 0u ? ordered & 0x7fffffffu : ~ordered);
@@ -21,8 +23,9 @@ float float_from_ordered(uint ordered) {
 // the level below.
 void grow_anchor(inout vec3 origin, inout float edge, vec3 low, vec3 high) {
     for (uint i = 0u; i < MOST_DOUBLINGS; ++i) {
-        bvec3 below = lessThan(low, origin);
-        if (!any(below) && !any(greaterThan(high, origin + edge))) {
+        float slack = edge * SLACK;
+        bvec3 below = lessThan(low, origin - slack);
+        if (!any(below) && !any(greaterThan(high, origin + edge + slack))) {
             break;
         }
         origin -= mix(vec3(0.0), vec3(edge), below);

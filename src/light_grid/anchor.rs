@@ -1,8 +1,8 @@
 //! Where the grids stand when their lights are others in every frame: a cube that does not follow the lights.
 
-/// Room around a scene, as a part of its longest edge: lights lie on surfaces, which may go a little further between the moments
-/// that the scene's bounds were found at.
-const MARGIN: f32 = 1.0 / 128.0;
+/// How far lights may lie outside, as a part of the edge, to count as on the face: those of outer walls by rounding, and those of
+/// surfaces that go a little further between the moments that the scene's bounds were found at.
+const SLACK: f32 = 1.0 / 1024.0;
 /// Doublings at most; from any size on, all numbers are inside by then.
 const MOST_DOUBLINGS: u32 = 256;
 
@@ -16,13 +16,12 @@ pub struct GridAnchor {
 }
 
 impl GridAnchor {
-    /// The cube around a scene's bounds at all times; none around a scene without an extent.
+    /// The cube around a scene's bounds at all times; none around a scene without an extent. Its low faces are those of the bounds:
+    /// where they are walls, the lights there have vertices of their own.
     #[must_use]
     pub fn around(low_ws: [f32; 3], high_ws: [f32; 3]) -> Option<Self> {
-        let longest = (0..3).map(|axis| high_ws[axis] - low_ws[axis]).fold(0.0, f32::max);
-        let margin = longest * MARGIN;
-        let anchor = Self { low_ws: low_ws.map(|low| low - margin), edge: longest + 2.0 * margin };
-        (anchor.edge > 0.0 && anchor.edge.is_finite()).then_some(anchor)
+        let edge = (0..3).map(|axis| high_ws[axis] - low_ws[axis]).fold(0.0, f32::max) * 1.0001;
+        (edge > 0.0 && edge.is_finite()).then_some(Self { low_ws, edge })
     }
 
     /// The cube doubled until lights with these bounds are inside, in the directions in which they lie: vertices of a level become
@@ -30,8 +29,9 @@ impl GridAnchor {
     #[must_use]
     pub fn grown(mut self, low_ws: [f32; 3], high_ws: [f32; 3]) -> Self {
         for _ in 0..MOST_DOUBLINGS {
-            let below = [0, 1, 2].map(|axis| low_ws[axis] < self.low_ws[axis]);
-            let above = (0..3).any(|axis| high_ws[axis] > self.low_ws[axis] + self.edge);
+            let slack = self.edge * SLACK;
+            let below = [0, 1, 2].map(|axis| low_ws[axis] < self.low_ws[axis] - slack);
+            let above = (0..3).any(|axis| high_ws[axis] > self.low_ws[axis] + self.edge + slack);
             if !above && !below.contains(&true) {
                 break;
             }
@@ -56,16 +56,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scene_has_room_around_it_and_a_point_has_no_cube() {
+    fn it_encloses_a_scene_and_a_point_has_none() {
         let anchor = GridAnchor::around([0.0, -1.0, 0.0], [128.0, 1.0, 2.0]).unwrap();
-        assert_eq!(anchor, GridAnchor { low_ws: [-1.0, -2.0, -1.0], edge: 130.0 });
+        assert_eq!(anchor, GridAnchor { low_ws: [0.0, -1.0, 0.0], edge: 128.0 * 1.0001 });
         assert_eq!(GridAnchor::around([1.0; 3], [1.0; 3]), None);
     }
 
     #[test]
     fn it_grows_only_for_lights_outside_and_towards_them() {
         let anchor = GridAnchor { low_ws: [0.0; 3], edge: 4.0 };
-        assert_eq!(anchor.grown([0.0; 3], [4.0; 3]), anchor);
+        assert_eq!(anchor.grown([-0.003; 3], [4.003; 3]), anchor);
+        assert_eq!(anchor.grown([0.0; 3], [4.005, 4.0, 4.0]), GridAnchor { low_ws: [0.0; 3], edge: 8.0 });
         assert_eq!(anchor.grown([-1.0, 1.0, 1.0], [2.0; 3]), GridAnchor { low_ws: [-4.0, 0.0, 0.0], edge: 8.0 });
         assert_eq!(anchor.grown([1.0; 3], [1.0, 17.0, 1.0]), GridAnchor { low_ws: [0.0; 3], edge: 32.0 });
         // What no doubling reaches ends as well.

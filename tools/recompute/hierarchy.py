@@ -72,8 +72,9 @@ def placement(dump, _rng, _pixels):
     anchor = dump.manifest["shape"]["grid_anchor"]
     if anchor is not None:
         origin, edge = np.array(anchor["low_ws"]), anchor["edge"]
-        while (low < origin).any() or (high > origin + edge).any():
-            origin, edge = origin - edge * (low < origin), 2.0 * edge
+        slack = 1.0 / 1024.0
+        while (low < origin - slack * edge).any() or (high > origin + (1.0 + slack) * edge).any():
+            origin, edge = origin - edge * (low < origin - slack * edge), 2.0 * edge
         flux_scale = 2.0 ** np.ceil(np.log2(flux_scale))
     errors = [
         worst(bounds["lowest_ws"], low, radius),

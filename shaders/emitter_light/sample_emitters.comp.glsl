@@ -2,30 +2,8 @@
 // how much the surfaces shine; the choice among them is by what they would bring without shadow (resampled importance sampling,
 // Talbot et al. 2005). Writes the shadowed and the unshadowed estimate S and U of the radiance per unit albedo, and in a 1 where
 // there is a surface. One thread per pixel.
-#include "common/frame.glsl"
-#include "common/random.glsl"
-#include "common/color.glsl"
-#include "common/octahedral.glsl"
-#include "common/gbuffer.glsl"
-#include "common/scene.glsl"
+#include "common/light_estimates.glsl"
 #include "common/emitters.glsl"
-#extension GL_EXT_samplerless_texture_functions : require
-
-layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
-layout(set = 0, binding = 1) uniform texture2D depth_image;
-layout(set = 0, binding = 2) uniform utexture2D normals_image;
-layout(set = 0, binding = 3, rgba32f) uniform writeonly image2D out_shadowed;
-layout(set = 0, binding = 4, rgba32f) uniform writeonly image2D out_unshadowed;
-layout(push_constant) uniform Push { uint sample_count; };
-
-// Points that each ray is chosen from.
-const uint CANDIDATES = 8u;
-
-struct Receiver {
-    vec3 position;
-    vec3 normal;
-    vec3 geometric;
-};
 
 // A point and what it brings without shadow: an estimate of the irradiance from all of them.
 struct Chosen {
@@ -60,24 +38,17 @@ void main() {
     vec3 shadowed = vec3(0.0);
     vec3 unshadowed = vec3(0.0);
     if (depth > 0.0 && has_emitters()) {
-        uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
-        vec3 geometric = unpack_octahedral(normals.y);
-        vec3 position = position_from_depth(pixel, depth);
-        vec3 origin = position + geometric * surface_offset(position);
-        Receiver receiver = Receiver(position, unpack_octahedral(normals.x), geometric);
-        uint index = pixel.y * image_size().x + pixel.x;
-        uint sequence_seed = hash(index, sampling_seed() ^ 0x3c6ef372u);
+        Receiver receiver = receiver_at(pixel, depth);
+        uint sequence_seed = seed_of_pixel(pixel, 0x3c6ef372u);
         uint random_state = hash(sequence_seed);
-        float share = 1.0 / (PI * float(sample_count));
+        float share = share_of_sample();
         for (uint i = 0u; i < sample_count; ++i) {
             Chosen chosen = choose_point(receiver, i * CANDIDATES, sequence_seed, random_state);
             if (any(greaterThan(chosen.irradiance, vec3(0.0)))) {
                 unshadowed += share * chosen.irradiance;
-                shadowed += is_emitter_blocked(chosen.point, origin) ? vec3(0.0) : share * chosen.irradiance;
+                shadowed += is_emitter_blocked(chosen.point, receiver.origin) ? vec3(0.0) : share * chosen.irradiance;
             }
         }
     }
-    float surface = depth > 0.0 ? 1.0 : 0.0;
-    imageStore(out_shadowed, ivec2(pixel), vec4(shadowed, surface));
-    imageStore(out_unshadowed, ivec2(pixel), vec4(unshadowed, surface));
+    write_estimates(pixel, depth, shadowed, unshadowed);
 }

@@ -3,31 +3,10 @@
 // bring without shadow (resampled importance sampling, Talbot et al. 2005), so that no ray goes where nothing comes from.
 // Writes the shadowed and the unshadowed estimate S and U of the radiance per unit albedo, and in a 1 where there is a
 // surface. One thread per pixel.
-#include "common/frame.glsl"
-#include "common/random.glsl"
-#include "common/color.glsl"
-#include "common/octahedral.glsl"
-#include "common/gbuffer.glsl"
-#include "common/scene.glsl"
+#include "common/light_estimates.glsl"
 #include "common/environment.glsl"
-#extension GL_EXT_samplerless_texture_functions : require
 
-layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
-layout(set = 0, binding = 1) uniform texture2D depth_image;
-layout(set = 0, binding = 2) uniform utexture2D normals_image;
-layout(set = 0, binding = 3, rgba32f) uniform writeonly image2D out_shadowed;
-layout(set = 0, binding = 4, rgba32f) uniform writeonly image2D out_unshadowed;
 layout(set = 0, binding = 5, std430) buffer RayCount { uint ray_count[]; };
-layout(push_constant) uniform Push { uint sample_count; };
-
-// Directions that each ray is chosen from.
-const uint CANDIDATES = 8u;
-
-struct Receiver {
-    vec3 normal;
-    vec3 geometric;
-    vec3 origin;
-};
 
 // A direction and what it brings without shadow: an estimate of the irradiance from everywhere.
 struct Chosen {
@@ -73,15 +52,10 @@ void main() {
     vec3 unshadowed = vec3(0.0);
     uint rays = 0u;
     if (depth > 0.0 && has_environment()) {
-        uvec2 normals = texelFetch(normals_image, ivec2(pixel), 0).xy;
-        vec3 geometric = unpack_octahedral(normals.y);
-        vec3 position = position_from_depth(pixel, depth);
-        vec3 origin = position + geometric * surface_offset(position);
-        Receiver receiver = Receiver(unpack_octahedral(normals.x), geometric, origin);
-        uint index = pixel.y * image_size().x + pixel.x;
-        uint sequence_seed = hash(index, sampling_seed() ^ 0x1b873593u);
+        Receiver receiver = receiver_at(pixel, depth);
+        uint sequence_seed = seed_of_pixel(pixel, 0x1b873593u);
         uint random_state = hash(sequence_seed);
-        float share = 1.0 / (PI * float(sample_count));
+        float share = share_of_sample();
         for (uint i = 0u; i < sample_count; ++i) {
             Chosen chosen = choose_direction(receiver, i * CANDIDATES, sequence_seed, random_state);
             if (any(greaterThan(chosen.irradiance, vec3(0.0)))) {
@@ -92,9 +66,7 @@ void main() {
         }
     }
     if (inside) {
-        float surface = depth > 0.0 ? 1.0 : 0.0;
-        imageStore(out_shadowed, ivec2(pixel), vec4(shadowed, surface));
-        imageStore(out_unshadowed, ivec2(pixel), vec4(unshadowed, surface));
+        write_estimates(pixel, depth, shadowed, unshadowed);
     }
     atomicAdd(rays_of_group, rays);
     barrier();

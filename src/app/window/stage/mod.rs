@@ -13,7 +13,7 @@ use super::measuring::{Measured, Measuring};
 use super::quality::Quality;
 use crate::Result;
 use crate::gpu::{FrameResult, Gpu, PacedFrame};
-use crate::passes::present::{Part, WindowFormat};
+use crate::passes::present::WindowFormat;
 use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, Show, UploadedScene};
 use crate::scene::{Camera, Scene};
 use crate::settings::Settings;

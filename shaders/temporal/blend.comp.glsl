@@ -11,7 +11,11 @@ layout(constant_id = 0) const uint KEEPS_LIGHT = 0u;
 layout(constant_id = 1) const uint CUTS = 0u;
 // Whether tiles of pixels tell how much of the history to give up.
 layout(constant_id = 2) const uint HAS_TILES = 0u;
-layout(push_constant) uniform Push { int step_px; };
+layout(push_constant) uniform Push {
+    int step_px;
+    // A frame weighs at least this much.
+    float least_weight;
+};
 // Both estimates per unit of the latter's a.
 layout(set = 0, binding = 1) uniform texture2D shadowed_image;
 layout(set = 0, binding = 2) uniform texture2D unshadowed_image;
@@ -29,9 +33,7 @@ layout(set = 0, binding = 10) uniform texture2D depth_image;
 // b: that (temporal/compare_tiles).
 layout(set = 0, binding = 11) uniform texture2D tiles;
 
-// A frame weighs at least this much.
-const float LEAST_WEIGHT = 0.05;
-// The same for its deviation in the variance.
+// A frame's deviation weighs at least this much in the variance.
 const float LEAST_VARIANCE_WEIGHT = 0.1;
 // From so many frames on their variance tells the noise of their mean.
 const float KNOWN_FRAMES = 4.0;
@@ -95,7 +97,7 @@ void main() {
         imageStore(out_unshadowed, pixel, unshadowed);
         return;
     }
-    float weight = max(max(1.0 / frames, LEAST_WEIGHT), given_up(pixel));
+    float weight = max(max(1.0 / frames, least_weight), given_up(pixel));
     float unit = unshadowed.a;
     if (KEEPS_LIGHT != 0u) {
         unit = mix(texelFetch(reprojected_lighting, pixel, 0).a, unit, weight);
@@ -106,7 +108,7 @@ void main() {
     float variance = mix(before_unshadowed.a, residual * residual, min(variance_weight, 1.0));
     // Of the mean: that of a frame over their number, and once their weights fall off that of such a mean.
     frames = min(frames, 1.0 / weight);
-    float of_mean = max(1.0 / frames, LEAST_WEIGHT / (2.0 - LEAST_WEIGHT));
+    float of_mean = max(1.0 / frames, least_weight / (2.0 - least_weight));
     float deviation = frames >= KNOWN_FRAMES ? sqrt(variance * of_mean) : UNKNOWN;
     store(pixel, vec4(mix(before_shadowed.rgb, shadowed * kept, weight), frames),
           vec4(mix(before_unshadowed.rgb, unshadowed.rgb * kept, weight), variance), unit, deviation);

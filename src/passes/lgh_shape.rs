@@ -49,6 +49,8 @@ pub struct LghShape {
     pub filter: ShadowFilter,
     /// What is taken over from the frames before.
     pub temporal: Temporal,
+    /// Least weight of the newest frame in means over frames.
+    pub temporal_weight: f32,
     /// What is done where that is outdated.
     pub antilag: Antilag,
     /// Format of the additively blended lighting.

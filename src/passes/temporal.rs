@@ -34,6 +34,8 @@ struct Histories<T> {
 pub struct Reuse {
     /// Of what.
     pub mode: Temporal,
+    /// Least weight of the newest frame.
+    pub least_weight: f32,
     /// What is done where it is outdated.
     pub antilag: Antilag,
     /// Distance of pixels that do not share samples.
@@ -50,7 +52,7 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, motion: MotionImages, reuse: Re
     };
     let before = reproject(frame, gbuffer, motion, &histories);
     let tiles = (reuse.antilag == Antilag::Tiles).then(|| compare_tiles(frame, motion, light, before));
-    let estimates = blend(frame, gbuffer, reuse.step_px, light, &histories, (before, tiles));
+    let estimates = blend(frame, gbuffer, reuse, light, &histories, (before, tiles));
     let frames = histories.shadowed.current;
     let lighting = histories
         .lighting
@@ -117,7 +119,7 @@ fn compare_tiles(frame: &mut Frame, motion: MotionImages, light: Light, before: 
 fn blend(
     frame: &mut Frame,
     gbuffer: &GBuffer,
-    step_px: u32,
+    reuse: Reuse,
     light: Light,
     histories: &Histories<History<ImageHandle>>,
     (before, tiles): (Histories<ImageHandle>, Option<ImageHandle>),
@@ -131,7 +133,7 @@ fn blend(
             ("CUTS", u32::from(estimate != ShadowEstimate::Unbiased)),
             ("HAS_TILES", u32::from(tiles.is_some())),
         ],
-        push: vec![step_px],
+        push: vec![reuse.step_px, reuse.least_weight.to_bits()],
         ..shader("temporal/blend", frame.per_pixel())
     };
     let pass = frame

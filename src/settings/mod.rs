@@ -30,16 +30,15 @@ pub use groups::{
     DeviceSettings, OutputSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, TracingSettings,
     WindowSettings,
 };
-pub use motion::{MotionSettings, VplSeeds};
+pub use motion::{Antilag, MotionSettings, Temporal, VplSeeds};
 pub use pbgi_values::{Coverage, Hemisphere, MicroFill, Selection};
 pub use pixel::PixelPlace;
 pub use scope::Scope;
 pub use sun::SunPlace;
 pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings, PbgiSettings};
 pub use values::{
-    Antilag, BackFaces, CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe,
-    Rays, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, Temporal, ToneMap, View,
-    VplImportance, name,
+    BackFaces, CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, Rays,
+    Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, ToneMap, View, VplImportance, name,
 };
 pub use window_values::{PresentMode, RenderScale};
 

@@ -41,6 +41,28 @@ pub enum VplSeeds {
     Fresh,
 }
 
+/// What frames take over from the frames before them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Temporal {
+    /// Nothing.
+    Off,
+    /// Shadow estimates per unit of the unshadowed lighting, as in the paper.
+    Shadows,
+    /// Shadow estimates and unshadowed lighting.
+    Indirect,
+}
+
+/// What means over the frames before do where the light has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Antilag {
+    /// Nothing.
+    Off,
+    /// In tiles of pixels whose light differs by more than its noise, the frames before count less.
+    Tiles,
+}
+
 impl MotionSettings {
     /// Whether the scene shall move: an animation is asked for, or another moment than the first, or, where `of_sequence`, every
     /// frame is written.

@@ -60,6 +60,7 @@ pub fn every_value_changed() -> Settings {
         s.lgh.scatter = Some(FirstLevelBuild::Atomic);
         s.lgh.filter = ShadowFilter::None;
         s.lgh.temporal = Some(Temporal::Shadows);
+        s.lgh.temporal_weight = 0.2;
         s.lgh.antilag = Antilag::Tiles;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 50.5;

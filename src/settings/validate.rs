@@ -146,6 +146,10 @@ mod tests {
         assert_eq!(complaint(|s| s.lgh.levels = Levels::Fixed(11)), "--levels must be from 2 to 10, not 11");
         assert_eq!(complaint(|s| s.many_lights.bounces = 65), "--bounces must be from 0 to 64, not 65");
         assert_eq!(complaint(|s| s.lgh.first_level = 2), "--first-level must be from 0 to 1, not 2");
+        for bad in [0.0, 1.5, f32::NAN] {
+            let found = complaint(|s| s.lgh.temporal_weight = bad);
+            assert_eq!(found, format!("--temporal-weight must be above 0 and at most 1, not {bad}"));
+        }
         assert_eq!(complaint(|s| s.lgh.interleave = 3), "--interleave must be 1, 2 or 4, not 3");
         assert_eq!(complaint(|s| s.many_lights.shadow_samples = 17), "--shadow-samples must be from 0 to 16, not 17");
         assert_eq!(complaint(|s| s.lgh.shadow_from = 11), "--shadow-from must be from 0 to 10, not 11");

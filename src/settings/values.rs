@@ -292,28 +292,6 @@ pub enum ShadowFilter {
     None,
 }
 
-/// What frames take over from the frames before them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Temporal {
-    /// Nothing.
-    Off,
-    /// Shadow estimates per unit of the unshadowed lighting, as in the paper.
-    Shadows,
-    /// Shadow estimates and unshadowed lighting.
-    Indirect,
-}
-
-/// What means over the frames before do where the light has changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Antilag {
-    /// Nothing.
-    Off,
-    /// In tiles of pixels whose light differs by more than its noise, the frames before count less.
-    Tiles,
-}
-
 /// Tone curve from exposed radiance to a display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

@@ -20,6 +20,7 @@ const READERS: &[(&[&str], &[&str])] = &[
             "lighting",
             "reservoir",
             "temporal",
+            "temporal-weight",
             "antilag",
         ],
         LGH,
@@ -32,7 +33,8 @@ const READERS: &[(&[&str], &[&str])] = &[
     (&["samples"], &["path-trace"]),
 ];
 /// Settings of shadow rays.
-const OF_SHADOWS: &[&str] = &["shadow-from", "shadow-points", "shadow-estimate", "reservoir", "temporal", "antilag"];
+const OF_SHADOWS: &[&str] =
+    &["shadow-from", "shadow-points", "shadow-estimate", "reservoir", "temporal", "temporal-weight", "antilag"];
 
 /// Why a setting has no effect on the picture as the others are, as a sentence without its first words: "with --micro rays".
 /// `None` where it has one.
@@ -48,7 +50,7 @@ pub fn why_unused(settings: &Settings, key: &str) -> Option<String> {
     let reason = match key {
         _ if (of_shadows || key == "shadow-samples") && !lights.shadows.is_on() => "with --shadows off",
         _ if of_shadows && lights.shadow_samples == 0 => "with --shadow-samples 0",
-        "antilag" if settings.lgh.temporal == Some(Temporal::Off) => "with --temporal off",
+        "antilag" | "temporal-weight" if settings.lgh.temporal == Some(Temporal::Off) => "with --temporal off",
         "coverage" if settings.pbgi.micro == MicroFill::Rays => "with --micro rays",
         "environment-scale" | "environment-turn" if settings.environment.source == Some(EnvironmentSource::None) => {
             "with --environment none"

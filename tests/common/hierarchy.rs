@@ -183,6 +183,7 @@ pub fn shape(options: Options) -> LghShape {
         scatter: if options.build == LevelBuild::Scatter { FirstLevelBuild::Atomic } else { FirstLevelBuild::Sorted },
         filter: ShadowFilter::None,
         temporal: gridlight::settings::Temporal::Off,
+        temporal_weight: 0.05,
         antilag: gridlight::settings::Antilag::Off,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
         count_lights_tested: false,

@@ -1,6 +1,6 @@
 //! What a frame adds to what is known (`shaders/temporal/blend.comp.glsl`, `blend_lighting.comp.glsl`), against the formulas.
 
-use gridlight::settings::{ShadowEstimate, Size, Temporal};
+use gridlight::settings::{Settings, ShadowEstimate, Temporal};
 
 use crate::common::compare::Verdict;
 use crate::common::picture::{Frame, SIZES, Texel, compare_texels};
@@ -65,17 +65,16 @@ fn scaled([r, g, b, a]: Texel, by: f64) -> Texel {
 
 impl Blended {
     /// The sixth frame after the camera has moved a little before it, so that pixels have all numbers of frames.
-    fn of(test: &GpuTest, size: Size, interleave: u32, mode: Temporal, estimate: ShadowEstimate) -> Self {
-        let mut settings = settings(size, mode, estimate);
-        settings.lgh.interleave = interleave;
-        let mut run = Run::new(&test.gpu, &furnished_room(), &settings);
+    fn of(test: &GpuTest, settings: &Settings) -> Self {
+        let mut run = Run::new(&test.gpu, &furnished_room(), settings);
         for frame in 0..6 {
             if frame == 2 || frame == 5 {
                 run.step_right(0.05);
             }
             run.next();
         }
-        Self { frame: run.last(), mode, estimate }
+        let lgh = &settings.lgh;
+        Self { frame: run.last(), mode: lgh.temporal.unwrap(), estimate: lgh.shadow_estimate.unwrap() }
     }
 
     /// What goes in: both estimates and the lighting.
@@ -198,8 +197,21 @@ fn frames_are_blended_by_the_formula() {
     let others = [(2, Temporal::Indirect, ShadowEstimate::Corrected), (4, Temporal::Shadows, ShadowEstimate::Unbiased)];
     let others = others.map(|(interleave, mode, estimate)| (SIZES[4], interleave, (mode, estimate)));
     for (size, interleave, (mode, estimate)) in sizes.chain(others) {
-        let verdict = Blended::of(&test, size, interleave, mode, estimate).check(BLEND);
+        let settings = settings(size, mode, estimate).changed(|s| s.lgh.interleave = interleave);
+        let verdict = Blended::of(&test, &settings).check(BLEND);
         verdict.unwrap_or_else(|e| panic!("{size}, interleave {interleave}, {mode:?}, {estimate:?}: {e}"));
+    }
+}
+
+#[test]
+fn the_newest_frame_has_the_weight_that_is_asked_for() {
+    let test = gpu();
+    for weight in [0.2, 1.0] {
+        let settings = settings(SIZES[4], Temporal::Indirect, ShadowEstimate::Corrected)
+            .changed(|s| s.lgh.temporal_weight = weight);
+        let blended = Blended::of(&test, &settings);
+        blended.check(Blend { least_weight: f64::from(weight), ..BLEND }).unwrap();
+        assert!(blended.check(BLEND).is_err(), "{weight} is not told from the default");
     }
 }
 

@@ -28,10 +28,12 @@ MEASURES = {"flicker": "flicker", "block_flicker": "of blocks", "lag_frames": "l
 
 
 def ways(program):
-    """Options of each way: what the paper does, though with the weights of frames in use here, and what is best here."""
+    """Options of each way: what the paper does, and what is used here."""
     paper, ours = "--vpl-seeds fresh", "--vpl-seeds held"
     if program.has_option("--temporal"):
         paper, ours = f"{paper} --temporal shadows", f"{ours} --temporal shadows"
+        if program.has_option("--temporal-weight"):
+            paper = f"{paper} --temporal-weight 0.2"
         if program.has_option("--antilag"):
             paper, ours = f"{paper} --antilag off", f"{ours} --antilag tiles"
     return {"paper": paper, "ours": ours}

@@ -66,6 +66,7 @@ fn lgh() -> LghShape {
         scatter: FirstLevelBuild::Sorted,
         filter: ShadowFilter::Atrous,
         temporal: crate::settings::Temporal::Off,
+        temporal_weight: 0.05,
         antilag: crate::settings::Antilag::Off,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,
         count_lights_tested: true,

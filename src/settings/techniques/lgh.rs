@@ -74,6 +74,10 @@ settings_group! {
         /// and lags behind changes of light [default: off]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "off|shadows|indirect", help_heading = "Shadows")]
         pub temporal: Option<Temporal> = None,
+        /// Least weight of the newest frame in these means: 0.05 is a mean of 20 frames or more, and the paper has 0.2. Smaller is calmer
+        /// and slower to follow [default: 0.05]
+        #[arg(long, value_name = "W", allow_negative_numbers = true, help_heading = "Shadows")]
+        pub temporal_weight: f32 = 0.05,
         /// What these means do where the light has changed: nothing, or give up what the frames before know in tiles of 8x8 pixels whose
         /// light differs by more than its noise [default: off]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "off|tiles", help_heading = "Shadows")]
@@ -104,6 +108,10 @@ impl Validate for LghSettings {
             within("levels", levels, MIN_TOP_LEVEL..=MAX_LEVEL)?;
         }
         above_zero("alpha", self.alpha)?;
+        let weight = self.temporal_weight;
+        require(weight > 0.0 && weight <= 1.0, || {
+            format!("--temporal-weight must be above 0 and at most 1, not {weight}")
+        })?;
         within("first-level", self.first_level, 0..=1)?;
         require(matches!(self.interleave, 1 | 2 | 4), || {
             format!("--interleave must be 1, 2 or 4, not {}", self.interleave)

@@ -151,7 +151,12 @@ pub(super) fn filter_shadows(
     let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
     let mut light = Light { estimates, lighting: lit.composite.lighting };
     if let Some(motion) = gbuffer.motion.filter(|_| shape.temporal != Temporal::Off) {
-        let reuse = Reuse { mode: shape.temporal, antilag: shape.antilag, step_px: shape.interleave };
+        let reuse = Reuse {
+            mode: shape.temporal,
+            least_weight: shape.temporal_weight,
+            antilag: shape.antilag,
+            step_px: shape.interleave,
+        };
         light = temporal::add(frame, gbuffer, motion, reuse, light);
     }
     if shape.filter == ShadowFilter::Atrous {

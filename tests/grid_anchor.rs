@@ -15,12 +15,12 @@ use gridlight::gpu::Gpu;
 use gridlight::light_grid::anchor::GridAnchor;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
-use gridlight::scene::{Scene, gltf};
+use gridlight::scene::Scene;
 use gridlight::settings::{CenterWeight, LevelBuild, LightSet, Settings, Size, VplSeeds};
 use gridlight::shared::GridPlacement;
 use gridlight::techniques::lgh::HierarchyOutputs;
 use serde_json::json;
-use support::animated::slide;
+use support::animated::{playing, slide};
 use support::quad_glb;
 
 const FRAMES: u32 = 6;
@@ -101,13 +101,7 @@ fn carried(node: usize) -> Scene {
         document["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
         slide(document, bin, node);
     });
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("carried.glb");
-    std::fs::write(&path, glb).unwrap();
-    let mut scene = gltf::load(&path, &|_: &str, _, _| ()).unwrap();
-    scene.play(None).unwrap();
-    scene.pose(0.0);
-    scene
+    playing(&glb)
 }
 
 /// Placements of frames of a scene that moves on by 0.6 s from one to the next.

@@ -1,6 +1,18 @@
 //! Animations in glTF documents.
 
+use gridlight::scene::{Scene, gltf};
 use serde_json::{Value, json};
+
+/// Loads the scene of a GLB file whose first animation plays, at its beginning.
+pub fn playing(glb: &[u8]) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("playing.glb");
+    std::fs::write(&path, glb).unwrap();
+    let mut scene = gltf::load(&path, &|_: &str, _, _| ()).unwrap();
+    scene.play(None).unwrap();
+    scene.pose(0.0);
+    scene
+}
 
 /// Lets a node go along x for four seconds, by a metre a second.
 pub fn slide(document: &mut Value, bin: &mut Vec<u8>, node: usize) {

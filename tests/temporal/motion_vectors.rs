@@ -3,15 +3,15 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use glam::{Vec2, Vec3};
+use gridlight::scene::Scene;
 use gridlight::scene::testing::{diffuse, scene_from_quads};
-use gridlight::scene::{Scene, gltf};
 use gridlight::settings::{Settings, Size, View};
 use serde_json::json;
 
 use crate::common::gpu;
 use crate::common::rooms::{camera, furnished_room};
 use crate::run::{Run, colors};
-use crate::support::animated::slide;
+use crate::support::animated::{playing, slide};
 use crate::support::quad_glb;
 
 const SIZE: Size = Size { width: 37, height: 21 };
@@ -98,13 +98,7 @@ fn carried() -> Scene {
         document["scenes"][0]["nodes"] = json!([0, 1]);
         slide(document, bin, 0);
     });
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("carried.glb");
-    std::fs::write(&path, glb).unwrap();
-    let mut scene = gltf::load(&path, &|_: &str, _, _| ()).unwrap();
-    scene.play(None).unwrap();
-    scene.pose(0.0);
-    scene
+    playing(&glb)
 }
 
 #[test]

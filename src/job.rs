@@ -1,5 +1,6 @@
 //! What is to be rendered.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
@@ -12,6 +13,11 @@ use crate::settings::{BackFaces, Exposure, Settings};
 use crate::shared::FrameData;
 use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
+
+/// How far below a white surface in the faintest light of the scene the automatic exposure follows, in stops: indoors,
+/// far from the window, is about ten below outdoors.
+const DARKEST_STOPS: f64 = 10.0;
+const MIDDLE_GREY: f64 = 0.18;
 
 /// What is rendered, from where, how, and on which device.
 #[derive(Clone, Copy)]
@@ -55,6 +61,27 @@ impl<'a> Job<'a> {
         if environment > 0.0 { (environment / self.emitted_luminance()) as f32 } else { 0.0 }
     }
 
+    /// The most that the automatic exposure may be: what shows as middle grey what is [`DARKEST_STOPS`] below a white
+    /// surface in the faintest of the scene's lights. What is darker than that is noise, or as good as black. The
+    /// faintest, as a lamp in a room without windows has a picture of its own, however bright the sun is outside.
+    #[must_use]
+    pub fn most_exposure(&self) -> f32 {
+        let radius = f64::from(self.scene.bounds.radius());
+        let fluxes = [self.scene.faintest_light_flux, self.environment_luminance()];
+        let faintest = fluxes.into_iter().filter(|flux| *flux > 0.0).fold(f64::INFINITY, f64::min);
+        let white = faintest / (PI * radius * radius) / PI;
+        let most = MIDDLE_GREY / (white * (-DARKEST_STOPS).exp2());
+        if most > 0.0 { most.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32 } else { f32::MAX }
+    }
+
+    /// Whether the automatic exposure of a picture is the most that it may be.
+    #[must_use]
+    pub fn is_most_exposed(&self, exposure: Option<f32>) -> bool {
+        let picture = &self.settings.picture;
+        let most = self.most_exposure() * picture.exposure_compensation.exp2();
+        picture.exposure == Exposure::Auto && exposure.is_some_and(|exposure| exposure >= most)
+    }
+
     /// The frame's constants, without those of a technique.
     #[must_use]
     pub fn frame_data(&self) -> FrameData {
@@ -66,7 +93,7 @@ impl<'a> Job<'a> {
         let subpixels = (1_u32 << gpu.report().limits.subpixel_bits) as f32;
         let snap = view.up_ws.length() * 2.0 / size.height as f32 / subpixels;
         let exposure = match settings.picture.exposure {
-            Exposure::Auto => 0.0,
+            Exposure::Auto => -self.most_exposure(),
             Exposure::Fixed(factor) => factor,
         };
         let environment = &settings.environment;

@@ -40,6 +40,8 @@ pub struct UploadedScene {
     pub(crate) environment_cells: [u32; 2],
     /// Flux (luminance) of the lights, and of the environment into the scene's bounding sphere.
     pub(crate) light_flux: f64,
+    /// Of the lights, that of the faintest one that shines; 0 where none does.
+    pub(crate) faintest_light_flux: f64,
     pub(crate) environment_flux: f64,
     /// Radiance over what the environment's image holds.
     pub(crate) environment_scale: f32,
@@ -58,6 +60,12 @@ pub struct UploadedScene {
     lighting_moves: bool,
     /// Points over its surfaces, those that were asked for last in front.
     points: Vec<Arc<PointCloud>>,
+}
+
+/// The least share of the flux that one of these lights has, of those that shine.
+fn faintest_share(lights: &[PunctualLight]) -> f64 {
+    let shares = lights.iter().map(|light| f64::from(light.path_probability)).filter(|share| *share > 0.0);
+    shares.reduce(f64::min).unwrap_or(0.0)
 }
 
 /// Sets of points that are kept: the two sides of a window may have different ones, and others while something moves.
@@ -163,6 +171,7 @@ impl UploadedScene {
             environment: scene.environment.clone(),
             environment_means: OnceLock::new(),
             light_flux: *light_flux,
+            faintest_light_flux: *light_flux * faintest_share(lights),
             environment_flux: environment.scalar_irradiance * std::f64::consts::PI * radius * radius,
             other_lights,
             moving: moves.then(|| Arc::new(MovingBvh::new(bvh))),

@@ -150,9 +150,17 @@ fn given_exposures_and_compensation() {
     let test = common::gpu();
     let painted = noise([16, 9]);
     let automatic = measure_exposure(&painted.histogram());
-    for (given, factor, expected) in
-        [(0.0, 1.0, automatic), (0.0, 4.0, 4.0 * automatic), (3.0, 1.0, 3.0), (3.0, 0.5, 1.5)]
-    {
+    // Below 0 it is the most that the automatic one may be.
+    let (above, below) = (-2.0 * automatic as f32, -0.5 * automatic as f32);
+    for (given, factor, expected) in [
+        (0.0, 1.0, automatic),
+        (0.0, 4.0, 4.0 * automatic),
+        (3.0, 1.0, 3.0),
+        (3.0, 0.5, 1.5),
+        (above, 1.0, automatic),
+        (below, 1.0, 0.5 * automatic),
+        (below, 4.0, 2.0 * automatic),
+    ] {
         let shown = painted.show(&test, |data| (data.exposure, data.exposure_compensation) = (given, factor));
         same_exposure(shown.exposure, expected).unwrap();
     }

@@ -1,6 +1,6 @@
 // Automatic exposure from the histogram: half way, in stops, between the one that shows the average of the middle part
 // as middle grey and the one that shows the brightest parts as white. One workgroup, each thread some neighbouring bins;
-// the result goes to exposure[0].
+// the result goes to exposure[0]. It is never more than the frame allows, so that stray light in the dark stays dark.
 #include "common/frame.glsl"
 #include "tone_map/exposure_bins.glsl"
 
@@ -102,6 +102,9 @@ void main() {
         float for_grey = log2(MIDDLE_GREY) - part.x / part.y;
         float for_white = -stops_at(part.z);
         float automatic = part.y > 0.0 ? exp2(0.5 * (for_grey + for_white)) : 1.0;
+        if (frame.exposure < 0.0) {
+            automatic = min(automatic, -frame.exposure);
+        }
         exposure[0] = frame.exposure_compensation * (frame.exposure > 0.0 ? frame.exposure : automatic);
     }
 }

@@ -134,6 +134,7 @@ pub(super) fn answer(
         times,
         counts: &renderer.shapes().technique.counts(&renderer.read_counters()?),
         exposure,
+        is_most_exposed: job.is_most_exposed(exposure),
         files,
     };
     Ok(answer.text())

@@ -28,6 +28,8 @@ pub struct Answer<'a> {
     pub counts: &'a [Count],
     /// Exposure of the picture, where it has one.
     pub exposure: Option<f32>,
+    /// Whether a darker picture would have had no more.
+    pub is_most_exposed: bool,
     /// Files and folders that the run leaves.
     pub files: &'a [&'a Path],
 }
@@ -66,6 +68,7 @@ impl Answer<'_> {
         }
         if let Some(exposure) = self.exposure {
             let _ = write!(line, ", exposure {}", three_digits(f64::from(exposure)));
+            line += if self.is_most_exposed { ", the most that so dark a picture is given" } else { "" };
         }
         line
     }
@@ -147,6 +150,7 @@ mod tests {
             times,
             counts,
             exposure: Some(2.5),
+            is_most_exposed: times.frame_count() == 1,
             files: &files,
         }
         .text()
@@ -175,6 +179,7 @@ written: a.png"
         let frame = super::super::FrameTimes { pass_ms, gpu_ms: 12_003.0, cpu_ms: 12_010.0 };
         let text = text(&RunTimes::of(&[frame]).unwrap(), &[]);
         assert!(text.contains("\nframe: 12.0 s, one frame\n"), "{text}");
+        assert!(text.contains(", exposure 2.50, the most that so dark a picture is given\n"), "{text}");
         assert!(text.contains("  2 passes below 1 %  3.00 ms    0 %") && !text.contains("  b "), "{text}");
     }
 

@@ -68,7 +68,8 @@ shared_structs! {
         pub alpha: f32,
         /// Squared distance below which lights do not grow brighter, in square metres.
         pub clamp_squared: f32,
-        /// Exposure without compensation; 0 is automatic.
+        /// Exposure without compensation. Below 0 it is automatic, and at most the negative of this; 0 is automatic
+        /// without a bound.
         pub exposure: f32,
         /// Longest edge of any triangle's bounding box, in metres.
         pub largest_triangle: f32,

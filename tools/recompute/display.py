@@ -55,7 +55,10 @@ def exposure(dump, _rng, _pixels):
     moved = np.abs(found - expected).sum()
     # One that is on the other side is missing in one bin and too much in another.
     error = 0.0 if moved <= 2 * on_edges else float(moved - 2 * on_edges)
-    factor = dump.frame["exposure"] or exposure_of(found)
+    factor = dump.frame["exposure"]
+    if factor <= 0.0:
+        # Below 0 it is the most that the automatic exposure may be.
+        factor = min(exposure_of(found), -factor or np.inf)
     factor *= dump.frame["exposure_compensation"]
     used = float(dump.get("tone_map/measure_exposure", "exposure")[0])
     return found.size + 1, max(error, worst(used, factor, factor))

@@ -63,7 +63,8 @@ impl<'a> Job<'a> {
 
     /// The most that the automatic exposure may be: what shows as middle grey what is [`DARKEST_STOPS`] below a white
     /// surface in the faintest of the scene's lights. What is darker than that is noise, or as good as black. The
-    /// faintest, as a lamp in a room without windows has a picture of its own, however bright the sun is outside.
+    /// faintest, as a lamp in a room without windows has a picture of its own, however bright the sun is outside. A
+    /// light's flux counts as spread over the cross section of the scene's bounding sphere, as a sun's is.
     #[must_use]
     pub fn most_exposure(&self) -> f32 {
         let radius = f64::from(self.scene.bounds.radius());

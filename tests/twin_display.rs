@@ -125,7 +125,7 @@ fn histogram_and_exposure_at_awkward_sizes() {
         let painted = noise(size_px);
         let (shown, twin) = (painted.show(&test, |_| ()), painted.histogram());
         compare::exact(&format!("histogram of {size_px:?}"), &shown.histogram, &twin).unwrap();
-        same_exposure(shown.exposure, measure_exposure(&twin)).unwrap();
+        same_exposure(shown.exposure, measure_exposure(&twin, f64::INFINITY)).unwrap();
     }
 }
 
@@ -141,7 +141,7 @@ fn pictures_that_leave_little_to_measure() {
     {
         let (shown, twin) = (painted.show(&test, |_| ()), painted.histogram());
         compare::exact("histogram", &shown.histogram, &twin).unwrap();
-        same_exposure(shown.exposure, measure_exposure(&twin)).unwrap();
+        same_exposure(shown.exposure, measure_exposure(&twin, f64::INFINITY)).unwrap();
     }
 }
 
@@ -149,19 +149,32 @@ fn pictures_that_leave_little_to_measure() {
 fn given_exposures_and_compensation() {
     let test = common::gpu();
     let painted = noise([16, 9]);
-    let automatic = measure_exposure(&painted.histogram());
+    let at_most = |most: f64| measure_exposure(&painted.histogram(), most);
+    let automatic = at_most(f64::INFINITY);
     // Below 0 it is the most that the automatic one may be.
-    let (above, below) = (-2.0 * automatic as f32, -0.5 * automatic as f32);
+    let (loose, tight) = (2.0 * automatic as f32, 0.5 * automatic as f32);
+    assert!(at_most(tight.into()) == f64::from(tight) && at_most(loose.into()) == automatic);
     for (given, factor, expected) in [
         (0.0, 1.0, automatic),
         (0.0, 4.0, 4.0 * automatic),
         (3.0, 1.0, 3.0),
         (3.0, 0.5, 1.5),
-        (above, 1.0, automatic),
-        (below, 1.0, 0.5 * automatic),
-        (below, 4.0, 2.0 * automatic),
+        (-loose, 1.0, at_most(loose.into())),
+        (-tight, 1.0, at_most(tight.into())),
+        (-tight, 4.0, 4.0 * at_most(tight.into())),
     ] {
         let shown = painted.show(&test, |data| (data.exposure, data.exposure_compensation) = (given, factor));
+        same_exposure(shown.exposure, expected).unwrap();
+    }
+}
+
+#[test]
+fn a_black_picture_is_bounded_as_well() {
+    let test = common::gpu();
+    let black = Painted::new([5, 3], |_| (Vec3::ZERO, 1.0));
+    for (most, expected) in [(0.25, 0.25), (4.0, 1.0)] {
+        let shown = black.show(&test, |data| data.exposure = -most);
+        assert_eq!(measure_exposure(&black.histogram(), most.into()), expected);
         same_exposure(shown.exposure, expected).unwrap();
     }
 }
@@ -207,13 +220,13 @@ fn planted_faults() {
     let bin = histogram.iter().position(|count| *count > 0).unwrap();
     (moved[bin], moved[bin + 1]) = (moved[bin] - 1, moved[bin + 1] + 1);
     compare::exact("histogram", &moved, &histogram).unwrap_err();
-    let exposure = measure_exposure(&histogram);
+    let exposure = measure_exposure(&histogram, f64::INFINITY);
     for wrong in [1.001 * exposure as f32, -(exposure as f32), f32::NAN] {
         same_exposure(wrong, exposure).unwrap_err();
     }
     // What is behind the surfaces counts less.
     let flat = Painted { depth: vec![1.0; painted.depth.len()], ..painted };
-    same_exposure(measure_exposure(&flat.histogram()) as f32, exposure).unwrap_err();
+    same_exposure(measure_exposure(&flat.histogram(), f64::INFINITY) as f32, exposure).unwrap_err();
     let color = Vec3::new(0.5, 0.2, 0.7);
     let texel = (color * 255.0).round().as_u8vec3().extend(255).to_array();
     same_picture(&[texel], &[color]).unwrap();

@@ -33,17 +33,17 @@ pub fn count_luminances(size_px: [usize; 2], step_px: usize, radiance: &[Vec3], 
     histogram
 }
 
-/// The automatic exposure of a histogram; 1 where it is empty.
+/// The automatic exposure of a histogram, 1 where it is empty, and never more than `most`.
 #[must_use]
-pub fn measure_exposure(histogram: &[u32]) -> f64 {
+pub fn measure_exposure(histogram: &[u32], most: f64) -> f64 {
     let (surfaces, background) = histogram.split_at(BINS);
     let sum = |bins: &[u32]| bins.iter().map(|count| f64::from(*count)).sum::<f64>();
     let (of_surfaces, of_background) = (sum(surfaces), sum(background));
-    let most = BACKGROUND_OF_SURFACES * of_surfaces + BACKGROUND_OF_ALL * (of_surfaces + of_background);
-    let weight = if of_background > 0.0 { (most / of_background).min(1.0) } else { 0.0 };
+    let allowed = BACKGROUND_OF_SURFACES * of_surfaces + BACKGROUND_OF_ALL * (of_surfaces + of_background);
+    let weight = if of_background > 0.0 { (allowed / of_background).min(1.0) } else { 0.0 };
     let total = of_surfaces + weight * of_background;
     if total <= 0.0 {
-        return 1.0;
+        return most.min(1.0);
     }
     let (mut start, mut stops, mut counted, mut highlights) = (0.0, 0.0, 0.0, 0.0);
     for (bin, (surface, behind)) in surfaces.iter().zip(background).enumerate() {
@@ -57,7 +57,7 @@ pub fn measure_exposure(histogram: &[u32]) -> f64 {
         }
         start = end;
     }
-    (0.5 * (MIDDLE_GREY.log2() - stops / counted - stops_at(highlights))).exp2()
+    (0.5 * (MIDDLE_GREY.log2() - stops / counted - stops_at(highlights))).exp2().min(most)
 }
 
 fn stops_at(place: f64) -> f64 {
@@ -76,7 +76,7 @@ mod tests {
         };
         let all = [pixels(surfaces, 0.5), pixels(background, 0.0)].concat();
         let (radiance, depth): (Vec<_>, Vec<_>) = all.into_iter().unzip();
-        measure_exposure(&count_luminances([radiance.len(), 1], 1, &radiance, &depth))
+        measure_exposure(&count_luminances([radiance.len(), 1], 1, &radiance, &depth), f64::INFINITY)
     }
 
     fn is_near(found: f64, expected: f64) -> bool {

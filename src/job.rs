@@ -64,13 +64,15 @@ impl<'a> Job<'a> {
     /// The most that the automatic exposure may be: what shows as middle grey what is [`DARKEST_STOPS`] below a white
     /// surface in the faintest of the scene's lights. What is darker than that is noise, or as good as black. The
     /// faintest, as a lamp in a room without windows has a picture of its own, however bright the sun is outside. A
-    /// light's flux counts as spread over the cross section of the scene's bounding sphere, as a sun's is.
+    /// sun's flux passes through the cross section of the scene's bounding sphere, an environment's through the sphere
+    /// from all around, and a lamp counts as half the sphere's radius away.
     #[must_use]
     pub fn most_exposure(&self) -> f32 {
         let radius = f64::from(self.scene.bounds.radius());
-        let fluxes = [self.scene.faintest_light_flux, self.environment_luminance()];
+        let cross_section_m2 = PI * radius * radius;
+        let fluxes = [self.scene.faintest_light_flux, 0.25 * self.environment_luminance()];
         let faintest = fluxes.into_iter().filter(|flux| *flux > 0.0).fold(f64::INFINITY, f64::min);
-        let white = faintest / (PI * radius * radius) / PI;
+        let white = faintest / cross_section_m2 / PI;
         let most = MIDDLE_GREY / (white * (-DARKEST_STOPS).exp2());
         if most > 0.0 { most.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32 } else { f32::MAX }
     }

@@ -49,7 +49,7 @@ fn with_job<T>(scene: &Scene, settings: &Settings, ask: impl FnOnce(&Job<'_>) ->
 }
 
 fn most(lights: &[Light]) -> f32 {
-    with_job(&floor(0.5, lights), &settings(), Job::most_exposure)
+    with_job(&floor(0.5, lights), &settings(), |job| job.most_exposure())
 }
 
 /// The exposure of a rendered frame, and whether it is the most.
@@ -91,12 +91,12 @@ fn an_environment_is_one_of_the_lights() {
     scene.environment = Some(Arc::new(sky));
     let found = |scale: f32| {
         let settings = settings().changed(|s| s.environment.scale = scale);
-        with_job(&scene, &settings, Job::most_exposure)
+        with_job(&scene, &settings, |job| job.most_exposure())
     };
     // One that is off is none, and a bright one is not the faintest.
     assert!(is_near(found(0.0), MOST, 1e-5) && is_near(found(1e4), MOST, 1e-5));
     // Radiance from all around; the image's texels are summed in single precision.
-    let faint = MOST / (4.0 * PI * 0.01);
+    let faint = MOST / (PI * 0.01);
     assert!(is_near(found(1.0), faint, 0.01) && is_near(found(0.1), 10.0 * faint, 0.01), "{}", found(1.0) / faint);
 }
 

@@ -30,6 +30,8 @@ pub(super) struct Document<'a> {
     ignored: RefCell<Vec<String>>,
     /// What is wrong with the file and was read as it is meant, each kind once.
     mended: RefCell<Vec<&'static str>>,
+    /// Other warnings, each once.
+    warnings: RefCell<Vec<String>>,
     /// Numbers of animations, skins and morph targets that have been read.
     pub moving_numbers: Cell<u64>,
 }
@@ -52,6 +54,7 @@ impl<'a> Document<'a> {
             buffers: Vec::new(),
             ignored: RefCell::default(),
             mended: RefCell::default(),
+            warnings: RefCell::default(),
             moving_numbers: Cell::default(),
         };
         faults.into_iter().for_each(|fault| document.mend(fault));
@@ -100,6 +103,14 @@ impl<'a> Document<'a> {
         }
     }
 
+    /// Notes a sentence about the file.
+    pub fn warn(&self, sentence: String) {
+        let mut warnings = self.warnings.borrow_mut();
+        if !warnings.contains(&sentence) {
+            warnings.push(sentence);
+        }
+    }
+
     /// What is to be said of how the file was read, a sentence each.
     pub fn remarks(&self) -> Vec<String> {
         let path = self.path.display();
@@ -112,6 +123,7 @@ impl<'a> Document<'a> {
         list("mended while reading", &mended)
             .into_iter()
             .chain(unread)
+            .chain(self.warnings.borrow().clone())
             .chain(list("not rendered", &self.ignored.borrow()))
             .collect()
     }

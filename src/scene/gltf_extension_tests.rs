@@ -4,6 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use serde_json::{Value, json};
 
+use super::super::testing::Ktx2;
 use super::tests::{Parts, QUAD, open};
 use super::*;
 
@@ -170,8 +171,53 @@ fn webp_and_dds_images_are_read() {
         let cut = textured(extension, &file[..file.len() - 5]).err().unwrap().to_string();
         assert!(cut.contains("texture `image 0` is unreadable"), "{cut}");
     }
-    let unread = textured("EXT_texture_webp", b"\xabKTX 20\xbb\r\n\x1a\n").err().unwrap().to_string();
-    assert!(unread.ends_with("texture `image 0` is unreadable: KTX2 images are not supported"), "{unread}");
+    let ktx2 = Ktx2 { format: 37, color_model: 1, size: [8, 4], scheme: 0, level_bytes: 128, level: &halves() }.file();
+    let scene = textured("EXT_texture_webp", &ktx2).unwrap();
+    assert!(scene.textures[0].rgba == halves().into_raw(), "the bytes say what an image is");
+    let unread = textured("EXT_texture_webp", b"\xabKTX 11\xbb\r\n\x1a\n").err().unwrap().to_string();
+    assert!(
+        unread.ends_with(
+            "texture `image 0` is unreadable: it ends before what its header and its list of levels announce"
+        ),
+        "{unread}"
+    );
+}
+
+/// A texture of `KHR_texture_basisu`, with another image or without; gives its texels, if there are any.
+fn basis_texture(ktx2: &[u8], other: Option<&[u8]>, is_required: bool) -> Result<Option<Vec<u8>>> {
+    let scene = quad(|parts| {
+        let mut texture = json!({"extensions": {"KHR_texture_basisu": {"source": 0}}});
+        let mut images = vec![json!({"bufferView": parts.view(ktx2), "mimeType": "image/ktx2"})];
+        if let Some(other) = other {
+            images.push(json!({"bufferView": parts.view(other)}));
+            texture["source"] = json!(1);
+        }
+        let required: &[&str] = if is_required { &["KHR_texture_basisu"] } else { &[] };
+        json!({"images": images, "extensionsUsed": ["KHR_texture_basisu"], "extensionsRequired": required,
+            "textures": [texture], "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]})
+    })?;
+    Ok(scene.materials[0].base_color_texture.map(|slot| scene.textures[slot as usize].rgba.clone()))
+}
+
+#[test]
+fn basis_images_stand_before_others() {
+    let etc1s = include_bytes!("../../tests/textures/etc1s.ktx2");
+    let wanted = image::load_from_memory(include_bytes!("../../tests/textures/etc1s.png")).unwrap().into_rgba8();
+    let wanted = Some(wanted.into_raw());
+    let mut png = std::io::Cursor::new(Vec::new());
+    halves().write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let png = png.into_inner();
+    let texels = |ktx2: &[u8], other, is_required| basis_texture(ktx2, other, is_required).unwrap();
+    for is_required in [false, true] {
+        assert!(texels(etc1s, None, is_required) == wanted);
+        assert!(texels(etc1s, Some(&png), is_required) == wanted, "both can be read");
+        assert!(texels(b"ktx?", Some(&png), is_required) == Some(halves().into_raw()), "only the other can be read");
+        let neither = basis_texture(b"ktx?", Some(b"png?"), is_required).unwrap_err().to_string();
+        assert!(neither.contains("texture `image 1` is unreadable: it is neither png"), "{neither}");
+    }
+    assert_eq!(texels(b"ktx?", None, false), None, "left out");
+    let required = basis_texture(b"ktx?", None, true).unwrap_err().to_string();
+    assert!(required.contains("texture `image 0` is unreadable: it is neither png"), "{required}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 /// Extensions that are read. Quantised attributes are read like any others.
-const READ: [&str; 11] = [
+const READ: [&str; 12] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_animation_pointer",
@@ -13,6 +13,7 @@ const READ: [&str; 11] = [
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "MSFT_texture_dds",
 ];
@@ -53,7 +54,7 @@ const NOT_READ: [(&str, &[&str]); 7] = [
         ],
     ),
     ("materials are those without a variant", &["KHR_materials_variants", "FB_geometry_metadata"]),
-    ("textures that only it has are left out", &["EXT_texture_astc", "EXT_texture_avif", "KHR_texture_basisu"]),
+    ("textures that only it has are left out", &["EXT_texture_astc", "EXT_texture_avif"]),
     ("meshes are those that the file has uncompressed", &COMPRESSIONS),
     ("its light is missing", &["EXT_lights_ies", "EXT_lights_image_based"]),
     (

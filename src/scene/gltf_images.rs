@@ -4,18 +4,19 @@ use image::ImageFormat;
 use image_dds::ddsfile::Dds;
 use image_dds::{ImageFormat as DdsFormat, Surface};
 
-use super::Texture;
+use super::{Texture, ktx2};
 use crate::files::guard::{self, MAX_IMAGE_EDGE, guarded};
 
-/// Decodes a file: PNG, JPEG, WebP or DDS by its first bytes.
+/// Decodes a file: PNG, JPEG, WebP, DDS or KTX2 by its first bytes, whatever the glTF says it is.
 pub(super) fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Texture, String> {
     if bytes.starts_with(b"DDS ") {
         return guarded(|| decode_dds(name, bytes));
     }
-    if bytes.starts_with(b"\xabKTX 20") {
-        return Err("KTX2 images are not supported".to_owned());
+    if bytes.starts_with(ktx2::MAGIC) {
+        let ([width, height], rgba) = guarded(|| ktx2::decode(bytes))?;
+        return Ok(Texture { name: name.to_owned(), width, height, rgba });
     }
-    let format = image::guess_format(bytes).map_err(|_| "it is neither png nor jpeg, webp or dds".to_owned())?;
+    let format = image::guess_format(bytes).map_err(|_| "it is neither png nor jpeg, webp, dds or ktx2".to_owned())?;
     if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP) {
         return Err(format!("{format:?} images are not supported"));
     }
@@ -29,10 +30,15 @@ pub(super) fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Text
 
 /// Bytes of an image as texels, as its file announces it.
 pub(super) fn announced_bytes(bytes: &[u8]) -> u64 {
-    let pixels = match bytes.get(12..20).filter(|_| bytes.starts_with(b"DDS ")) {
-        Some(size) => size.chunks_exact(4).map(|e| u64::from(u32::from_le_bytes([e[0], e[1], e[2], e[3]]))).product(),
-        None => guard::image_size(bytes).map_or(0, |[width, height]| u64::from(width) * u64::from(height)),
+    let size = match bytes {
+        [b'D', b'D', b'S', b' ', ..] => bytes.get(12..20).map(|size| {
+            // Height stands before width.
+            [0, 4].map(|at| u32::from_le_bytes([size[at], size[at + 1], size[at + 2], size[at + 3]]))
+        }),
+        _ if bytes.starts_with(ktx2::MAGIC) => ktx2::announced_size(bytes),
+        _ => guard::image_size(bytes).ok(),
     };
+    let pixels = size.map_or(0, |edges| edges.map(u64::from).iter().product());
     4_u64.saturating_mul(pixels)
 }
 
@@ -44,14 +50,18 @@ fn decode_dds(name: &str, bytes: &[u8]) -> std::result::Result<Texture, String> 
     if width == 0 || height == 0 || width > MAX_IMAGE_EDGE || height > MAX_IMAGE_EDGE {
         return Err(format!("it has {width}x{height} pixels, and {MAX_IMAGE_EDGE} are the most on a side"));
     }
+    Ok(Texture { name: name.to_owned(), width, height, rgba: decode_surface(&surface)? })
+}
+
+/// RGBA8 of the first and largest level of a surface. A single channel is grey, and two are a normal without its z.
+pub(super) fn decode_surface(surface: &Surface<&[u8]>) -> std::result::Result<Vec<u8>, String> {
     let mut rgba = surface.decode_layers_mipmaps_rgba8(0..1, 0..1).map_err(|e| e.to_string())?.data;
-    if matches!(surface.image_format, DdsFormat::BC5RgUnorm | DdsFormat::BC5RgSnorm) {
-        // Normals without z.
+    if matches!(surface.image_format, DdsFormat::Rg8Unorm | DdsFormat::BC5RgUnorm | DdsFormat::BC5RgSnorm) {
         for texel in rgba.chunks_exact_mut(4) {
             let [x, y] = [texel[0], texel[1]].map(|c| f32::from(c) / 127.5 - 1.0);
             texel[2] = (127.5 * (1.0 + (1.0 - x * x - y * y).max(0.0).sqrt())).round() as u8;
         }
     }
-    rgba.truncate(4 * width as usize * height as usize);
-    Ok(Texture { name: name.to_owned(), width, height, rgba })
+    rgba.truncate(4 * surface.width as usize * surface.height as usize);
+    Ok(rgba)
 }

@@ -1,21 +1,15 @@
-//! Materials, and the images they need: each decoded once, on all cores.
+//! Materials, and which images they need.
 
-use std::borrow::Cow;
-use std::collections::HashMap;
-use std::sync::mpsc;
-
-use ::gltf::json::Index;
 use ::gltf::json::material::{AlphaMode, Material as JsonMaterial};
-use ::gltf::json::texture::{Info, MagFilter, MinFilter, Texture as JsonTexture, WrappingMode};
+use ::gltf::json::texture::{Info, MagFilter, MinFilter, WrappingMode};
 use ::gltf::json::validation::Checked;
-use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::gltf_buffers::{Document, shorten};
-use super::gltf_images::{announced_bytes, decode_image};
+use super::Material;
+use super::gltf_buffers::Document;
 use super::gltf_mapping::{Mapping, Slot};
+use super::gltf_textures::{ImageUse, Images, image_of};
 use super::sampling::{Filter, Sampling, Wrap};
-use super::{Material, Texture};
 use crate::Result;
 
 /// Emission ends here, so that sums over many triangles stay finite.
@@ -30,9 +24,9 @@ struct Oddities {
     far_emission: bool,
 }
 
-/// All materials, with textures as indices into the returned list of glTF image indices. Their texture coordinates are those
-/// of `mappings`.
-pub(super) fn materials(document: &Document, mappings: &[Mapping]) -> Result<(Vec<Material>, Vec<usize>)> {
+/// All materials, with textures as indices into the returned list of images. Their texture coordinates are those of
+/// `mappings`.
+pub(super) fn materials(document: &Document, mappings: &[Mapping]) -> Result<(Vec<Material>, Vec<ImageUse>)> {
     let (mut images, mut odd) = (Images::default(), Oddities::default());
     let list = document.root.materials.iter().zip(mappings).enumerate();
     let materials = list.map(|(i, (m, mapping))| material(document, i, m, mapping, &mut images, &mut odd));
@@ -64,22 +58,6 @@ pub(super) fn default_material() -> Material {
         emission_texture: None,
         emission_sampling: Sampling::default(),
         is_unlit: false,
-    }
-}
-
-/// Images in the order of first use.
-#[derive(Default)]
-struct Images {
-    order: Vec<usize>,
-    slots: HashMap<usize, u32>,
-}
-
-impl Images {
-    fn slot(&mut self, image: usize) -> u32 {
-        *self.slots.entry(image).or_insert_with(|| {
-            self.order.push(image);
-            self.order.len() as u32 - 1
-        })
     }
 }
 
@@ -149,7 +127,9 @@ fn material(
     let emission_sampling = sampling_of(&emission_slot);
     let mut texture = |slot: Option<Slot>| -> Result<Option<u32>> {
         let Some(Slot { texture, .. }) = slot else { return Ok(None) };
-        Ok(image_of(document, i, texture, odd)?.map(|image| images.slot(image)))
+        let image = image_of(document, i, texture)?;
+        odd.no_image |= image.is_none();
+        Ok(image.map(|image| images.slot(image)))
     };
     let base_color_texture = texture(color_slot)?;
     let normal_texture = texture(normal_slot)?;
@@ -213,27 +193,6 @@ fn emission(document: &Document, i: usize, json: &JsonMaterial) -> Result<[f32; 
         .error(format_args!("material {i} has an emission that is negative, not finite or above {MOST_RADIANCE}")))
 }
 
-/// The glTF image behind a texture, if it has one.
-fn image_of(
-    document: &Document,
-    material: usize,
-    index: Index<JsonTexture>,
-    odd: &mut Oddities,
-) -> Result<Option<usize>> {
-    let i = index.value();
-    let Some(texture) = document.root.textures.get(i) else {
-        return Err(document.error(format_args!("material {material} refers to texture {i}, which does not exist")));
-    };
-    let Some(image) = source(document, i, texture)? else {
-        odd.no_image = true;
-        return Ok(None);
-    };
-    if image >= document.root.images.len() {
-        return Err(document.error(format_args!("texture {i} refers to image {image}, which does not exist")));
-    }
-    Ok(Some(image))
-}
-
 /// How a texture is read. What a sampler leaves open, or has an unknown value for, is linear and repeats.
 fn sampling(document: &Document, slot: &Slot) -> Sampling {
     let texture = document.root.textures.get(slot.texture.value());
@@ -255,100 +214,4 @@ fn sampling(document: &Document, slot: &Slot) -> Sampling {
     };
     let magnify = if matches!(sampler.mag_filter, Some(Checked::Valid(MagFilter::Nearest))) { nearest } else { linear };
     Sampling { wrap: [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)], magnify, minify, mips }
-}
-
-/// The most that all textures may take as texels, in bytes: well-packed files hold a thousand times their length.
-const MAX_TEXTURE_BYTES: u64 = 16 << 30;
-
-/// Extensions by which a texture has an image of another format.
-const IMAGE_EXTENSIONS: [&str; 2] = ["EXT_texture_webp", "MSFT_texture_dds"];
-
-/// A texture's image: its own, or else that of an extension.
-fn source(document: &Document, i: usize, texture: &JsonTexture) -> Result<Option<usize>> {
-    #[derive(Deserialize)]
-    struct Source {
-        source: Option<u32>,
-    }
-    let own = texture.source.value();
-    if own != u32::MAX as usize {
-        return Ok(Some(own));
-    }
-    let others = texture.extensions.as_ref().map(|e| &e.others);
-    for name in IMAGE_EXTENSIONS {
-        let found = document.extension::<Source>(&format_args!("texture {i}"), others, name)?;
-        if let Some(source) = found.and_then(|found| found.source) {
-            return Ok(Some(source as usize));
-        }
-    }
-    Ok(None)
-}
-
-/// Decodes the images, byte-identical files once, and points the materials at the result.
-pub(super) fn decode_images(
-    document: &Document,
-    images: &[usize],
-    materials: &mut [Material],
-    progress: &dyn Fn(&str, u64, u64),
-) -> Result<Vec<Texture>> {
-    let encoded: Vec<(String, Cow<[u8]>)> =
-        images.iter().map(|image| read_image(document, *image)).collect::<Result<_>>()?;
-    let mut seen: HashMap<&[u8], u32> = HashMap::new();
-    let mut unique: Vec<&(String, Cow<[u8]>)> = Vec::new();
-    let mut slots = Vec::with_capacity(encoded.len());
-    for item in &encoded {
-        slots.push(*seen.entry(item.1.as_ref()).or_insert_with(|| {
-            unique.push(item);
-            unique.len() as u32 - 1
-        }));
-    }
-    for slot in materials.iter_mut().flat_map(textures_of).flatten() {
-        *slot = slots[*slot as usize];
-    }
-    let announced = unique.iter().fold(0_u64, |sum, item| sum.saturating_add(announced_bytes(&item.1)));
-    if announced > MAX_TEXTURE_BYTES {
-        let [has, most] = [announced, MAX_TEXTURE_BYTES].map(|bytes| bytes >> 30);
-        return Err(document.error(format_args!("its textures are {has} GiB of texels, and {most} are the most")));
-    }
-    let total = unique.len() as u64;
-    let decode = |item: &&(String, Cow<[u8]>)| decode_image(&item.0, &item.1);
-    progress("textures", 0, total);
-    let mut decoded = Vec::new();
-    rayon::in_place_scope(|scope| {
-        let (sender, receiver) = mpsc::channel();
-        scope.spawn(|_| {
-            let textures = unique.par_iter().map_with(sender, |sender, item| {
-                let texture = decode(item);
-                // Nobody listens only when the other thread is on its way out.
-                let _ = sender.send(());
-                texture
-            });
-            decoded = textures.collect();
-        });
-        for (done, ()) in receiver.iter().enumerate() {
-            progress("textures", done as u64 + 1, total);
-        }
-    });
-    let named = decoded.into_iter().zip(&unique);
-    named
-        .map(|(t, (name, _))| t.map_err(|e| document.error(format_args!("texture `{name}` is unreadable: {e}"))))
-        .collect()
-}
-
-fn textures_of(material: &mut Material) -> [&mut Option<u32>; 3] {
-    [&mut material.base_color_texture, &mut material.normal_texture, &mut material.emission_texture]
-}
-
-/// An image's name and its file's bytes.
-fn read_image<'a>(document: &'a Document, index: usize) -> Result<(String, Cow<'a, [u8]>)> {
-    let image = &document.root.images[index];
-    let what = format!("image {index}");
-    let plain = || image.name.clone().unwrap_or_else(|| what.clone());
-    match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => {
-            let name = if uri.starts_with("data:") { plain() } else { shorten(uri).to_owned() };
-            Ok((name, Cow::Owned(document.fetch(&format!("texture {what}"), uri)?)))
-        }
-        (None, Some(view)) => Ok((plain(), Cow::Borrowed(document.view(&what, view)?.0))),
-        (None, None) => Err(document.error(format_args!("{what} has neither a uri nor a buffer view"))),
-    }
 }

@@ -101,7 +101,7 @@ fn faults_of_images_are_named() {
         e["materials"][0]["normalTexture"] = json!({"index": 3});
     });
     refused("image 3, which does not exist", |_, _, e| e["textures"][0]["source"] = json!(3));
-    refused("texture `image 0` is unreadable: it is neither png nor jpeg, webp or dds", |p, _, _| {
+    refused("texture `image 0` is unreadable: it is neither png nor jpeg, webp, dds or ktx2", |p, _, _| {
         let at = p.views[4]["byteOffset"].as_u64().unwrap() as usize;
         p.bin[at] = 0;
     });

@@ -23,6 +23,8 @@ mod gltf_materials;
 mod gltf_mesh;
 mod gltf_nodes;
 mod gltf_pointers;
+mod gltf_textures;
+mod ktx2;
 pub mod motion;
 pub mod octahedral;
 pub mod query_geometry;

@@ -124,6 +124,39 @@ pub fn glb_from(json: &str, bin: &[u8]) -> Vec<u8> {
     [b"glTF".as_slice(), &2u32.to_le_bytes(), &length.to_le_bytes(), &chunks].concat()
 }
 
+/// What a KTX2 file of one level says of itself.
+#[derive(Clone, Copy)]
+pub struct Ktx2<'a> {
+    /// Vulkan's number of the format; 0 where `color_model` says what the texels are.
+    pub format: u32,
+    /// The model of the data format descriptor.
+    pub color_model: u8,
+    /// Width and height.
+    pub size: [u32; 2],
+    /// How the level is compressed: 0 not at all, 2 by Zstandard, 3 by zlib.
+    pub scheme: u32,
+    /// Bytes of the level when it is decompressed.
+    pub level_bytes: u64,
+    /// The level as the file has it.
+    pub level: &'a [u8],
+}
+
+impl Ktx2<'_> {
+    /// The file: header, list of levels, descriptor, level.
+    #[must_use]
+    pub fn file(&self) -> Vec<u8> {
+        let words = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+        let [width, height] = self.size;
+        let magic = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
+        let header = words(&[self.format, 1, width, height, 0, 0, 1, 1, self.scheme, 104, 44, 0, 0, 0, 0, 0, 0]);
+        let levels = [148, self.level.len() as u64, self.level_bytes].map(u64::to_le_bytes).concat();
+        // One block of version 2 with one sample.
+        let descriptor =
+            words(&[44, 0, 0x0028_0002, u32::from(self.color_model), 0, 0, 0, 0x007f_0000, 0, 0, u32::MAX]);
+        [magic, header, levels, descriptor, self.level.to_vec()].concat()
+    }
+}
+
 /// The folder with the large assets and references: `$GRIDLIGHT_SHARED`, or `../shared` beside the checkout.
 ///
 /// Tests that need it print that they are skipped where it is absent.

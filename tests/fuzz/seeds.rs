@@ -1,6 +1,6 @@
 //! Files that are right, small, and between them have everything that is read. Inputs are changes of these.
 
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 use std::path::Path;
 
 use exr::prelude::{
@@ -10,7 +10,7 @@ use exr::prelude::{
 use gridlight::dump::{Array, Field, Scalar};
 use gridlight::report::dump::images::Picture;
 use gridlight::report::dump::manifest::{FILE_NAME, FileEntry, Manifest};
-use gridlight::scene::testing::glb_from;
+use gridlight::scene::testing::{Ktx2, glb_from};
 use gridlight::settings::Settings;
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use serde_json::{Value, json};
@@ -206,6 +206,25 @@ fn dds_file(format: u32, size: u32, block_bytes: u32) -> Vec<u8> {
     bytes
 }
 
+/// A KTX2 file of 16 x 16 texels by Vulkan's format, its bytes compressed by a scheme.
+fn ktx2_file(format: u32, scheme: u32, level_bytes: u32) -> Vec<u8> {
+    let data: Vec<u8> = (0..level_bytes).map(|i| (i * 41) as u8).collect();
+    let level = match scheme {
+        // One frame with one block, both as long as the data.
+        2 => {
+            [b"\x28\xb5\x2f\xfd\xa0", &level_bytes.to_le_bytes()[..], &(1 | level_bytes << 3).to_le_bytes()[..3], &data]
+                .concat()
+        }
+        3 => {
+            let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+            encoder.write_all(&data).unwrap();
+            encoder.finish().unwrap()
+        }
+        _ => data,
+    };
+    Ktx2 { format, color_model: 1, size: [16, 16], scheme, level_bytes: level_bytes.into(), level: &level }.file()
+}
+
 pub fn textures() -> Vec<Seed> {
     use png::{BitDepth, ColorType};
     let mut all = vec![
@@ -215,6 +234,11 @@ pub fn textures() -> Vec<Seed> {
         seed("bc5.dds", dds_file(83, 8, 16)),
         seed("bc6.dds", dds_file(95, 8, 16)),
         seed("bc7.dds", dds_file(98, 8, 16)),
+        seed("rgba8.ktx2", ktx2_file(43, 0, 1024)),
+        seed("r8.ktx2", ktx2_file(9, 2, 256)),
+        seed("bc7.ktx2", ktx2_file(145, 3, 256)),
+        seed("etc1s.ktx2", include_bytes!("../textures/etc1s.ktx2")),
+        seed("uastc.ktx2", include_bytes!("../textures/uastc.ktx2")),
     ];
     let kinds =
         [(ColorType::Rgb, BitDepth::Eight), (ColorType::Rgba, BitDepth::Sixteen), (ColorType::Indexed, BitDepth::Four)];

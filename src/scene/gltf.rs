@@ -238,3 +238,7 @@ mod robustness;
 #[cfg(test)]
 #[path = "gltf_extension_tests.rs"]
 mod extension_tests;
+
+#[cfg(test)]
+#[path = "gltf_meshopt_tests.rs"]
+mod meshopt_tests;

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,7 @@ use serde_json::{Map, Value};
 
 use super::gltf_lenient::Lenient;
 use super::gltf_pointers::Pointers;
-use super::{gltf_extensions, gltf_files, gltf_glb, gltf_json};
+use super::{gltf_extensions, gltf_files, gltf_glb, gltf_json, gltf_meshopt};
 use crate::{Error, Result};
 
 /// A parsed glTF with its buffers in memory. Nothing in it has been validated beyond what each method checks.
@@ -26,6 +27,8 @@ pub(super) struct Document<'a> {
     /// What animations change by `KHR_animation_pointer`.
     pub pointers: Pointers,
     buffers: Vec<Cow<'a, [u8]>>,
+    /// What compressed buffer views hold, by their index.
+    decompressed: HashMap<usize, Vec<u8>>,
     /// What the file has that is not rendered, each kind once.
     ignored: RefCell<Vec<String>>,
     /// What is wrong with the file and was read as it is meant, each kind once.
@@ -37,7 +40,8 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    /// Parses `bytes` (GLB or JSON) and reads all buffers. `base` is the folder of external files, if there is one.
+    /// Parses `bytes` (GLB or JSON), reads all buffers and decompresses their views. `base` is the folder of external
+    /// files, if there is one.
     pub fn parse(
         path: &Path,
         base: Option<PathBuf>,
@@ -52,18 +56,23 @@ impl<'a> Document<'a> {
             root,
             pointers,
             buffers: Vec::new(),
+            decompressed: HashMap::new(),
             ignored: RefCell::default(),
             mended: RefCell::default(),
             warnings: RefCell::default(),
             moving_numbers: Cell::default(),
         };
         faults.into_iter().for_each(|fault| document.mend(fault));
+        let compressed = gltf_meshopt::compressed_views(&document)?;
+        let placeholders = gltf_meshopt::placeholders(&document.root, &compressed);
         let total = document.root.buffers.len() as u64;
         for i in 0..document.root.buffers.len() {
             progress("buffers", i as u64, total);
-            let data = document.read_buffer(i, chunk)?;
+            let is_read = !placeholders.contains(&i);
+            let data = if is_read { document.read_buffer(i, chunk)? } else { Cow::Borrowed(&[][..]) };
             document.buffers.push(data);
         }
+        document.decompressed = gltf_meshopt::decompress(&document, &compressed)?;
         progress("buffers", total, total);
         Ok(document)
     }
@@ -155,13 +164,7 @@ impl<'a> Document<'a> {
         let data = match (&buffer.uri, chunk) {
             (Some(uri), _) => Cow::Owned(self.fetch(&format!("buffer {i}"), uri)?),
             (None, Some(chunk)) if i == 0 => Cow::Borrowed(chunk),
-            (None, _) => {
-                let extensions = buffer.extensions.as_ref().map(|e| &e.others);
-                if let Some(name) = gltf_extensions::compression(extensions) {
-                    return Err(self.compressed(&format_args!("buffer {i}"), name));
-                }
-                return Err(self.error(format_args!("buffer {i} has no uri and the file no chunk for it")));
-            }
+            (None, _) => return Err(self.error(format_args!("buffer {i} has no uri and the file no chunk for it"))),
         };
         let announced = buffer.byte_length.0;
         if (data.len() as u64) < announced {
@@ -195,33 +198,43 @@ impl<'a> Document<'a> {
         read.map_err(|why| self.error(format_args!("{what}, the file `{name}`, cannot be read: {why}")))
     }
 
-    /// Bytes of all buffers together.
+    /// Bytes of all buffers together, and of what they hold compressed.
     pub fn buffer_bytes(&self) -> u64 {
-        self.buffers.iter().map(|buffer| buffer.len() as u64).sum()
+        let decompressed = self.decompressed.values().map(Vec::len);
+        self.buffers.iter().map(|buffer| buffer.len()).chain(decompressed).map(|bytes| bytes as u64).sum()
     }
 
-    /// The bytes of a buffer view, its stride, and a check that both lie inside the buffer.
+    /// The bytes of a buffer view and its stride, decompressed.
     pub fn view(&self, what: &str, index: Index<buffer::View>) -> Result<(&[u8], Option<usize>)> {
         let i = index.value();
         let Some(view) = self.root.buffer_views.get(i) else {
             return Err(self.error(format_args!("{what} refers to buffer view {i}, which does not exist")));
         };
-        let Some(buffer) = self.buffers.get(view.buffer.value()) else {
-            let b = view.buffer.value();
-            return Err(self.error(format_args!("buffer view {i} refers to buffer {b}, which does not exist")));
-        };
-        let start = view.byte_offset.unwrap_or_default().0;
-        let bytes = start.checked_add(view.byte_length.0).and_then(|end| {
-            let (start, end) = (usize::try_from(start).ok()?, usize::try_from(end).ok()?);
-            buffer.get(start..end)
-        });
-        let Some(bytes) = bytes else {
-            let (len, have) = (view.byte_length.0, buffer.len());
-            return Err(self.error(format_args!(
-                "buffer view {i} ({len} bytes from byte {start}) reaches beyond its buffer of {have} bytes"
-            )));
+        let bytes = match self.decompressed.get(&i) {
+            Some(bytes) => bytes,
+            None => {
+                let start = view.byte_offset.unwrap_or_default().0;
+                self.range(&format_args!("buffer view {i}"), view.buffer.value(), start, view.byte_length.0)?
+            }
         };
         Ok((bytes, view.byte_stride.map(|s| s.0).filter(|s| *s != 0)))
+    }
+
+    /// So many bytes of a buffer from byte `start` on, of which `what` consists.
+    pub fn range(&self, what: &dyn Display, buffer: usize, start: u64, length: u64) -> Result<&[u8]> {
+        let Some(bytes) = self.buffers.get(buffer) else {
+            return Err(self.error(format_args!("{what} refers to buffer {buffer}, which does not exist")));
+        };
+        let part = start.checked_add(length).and_then(|end| {
+            let (start, end) = (usize::try_from(start).ok()?, usize::try_from(end).ok()?);
+            bytes.get(start..end)
+        });
+        part.ok_or_else(|| {
+            let have = bytes.len();
+            self.error(format_args!(
+                "{what} ({length} bytes from byte {start}) reaches beyond its buffer of {have} bytes"
+            ))
+        })
     }
 }
 

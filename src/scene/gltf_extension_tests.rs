@@ -129,14 +129,6 @@ fn data_that_are_there_only_compressed_name_the_extension() {
     let message = draco.err().unwrap().to_string();
     let reason = "is there only by the extension KHR_draco_mesh_compression, which is not supported";
     assert_eq!(message, format!("test.glb: mesh 0, primitive 0 {reason}"));
-    let fallback = json!({"fallback": true});
-    let meshopt = quad(|parts| {
-        json!({"extensionsUsed": ["EXT_meshopt_compression"], "materials": [{}], "buffers": [{"byteLength": parts.bin.len()},
-            {"byteLength": 99, "extensions": {"EXT_meshopt_compression": fallback}}]})
-    });
-    let message = meshopt.err().unwrap().to_string();
-    let reason = "is there only by the extension EXT_meshopt_compression, which is not supported";
-    assert_eq!(message, format!("test.glb: buffer 1 {reason}"));
 }
 
 /// A picture whose left half is red and whose right half is blue.

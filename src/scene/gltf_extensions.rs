@@ -3,8 +3,9 @@
 use serde_json::{Map, Value};
 
 /// Extensions that are read. Quantised attributes are read like any others.
-const READ: [&str; 12] = [
+const READ: [&str; 14] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
@@ -12,6 +13,7 @@ const READ: [&str; 12] = [
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
@@ -19,7 +21,7 @@ const READ: [&str; 12] = [
 ];
 
 /// Extensions that compress what buffers hold.
-const COMPRESSIONS: [&str; 3] = ["EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"];
+const COMPRESSIONS: [&str; 1] = ["KHR_draco_mesh_compression"];
 
 /// What the picture is like without an extension that is not read.
 const NOT_READ: [(&str, &[&str]); 7] = [

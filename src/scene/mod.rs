@@ -21,6 +21,7 @@ mod gltf_lights;
 mod gltf_mapping;
 mod gltf_materials;
 mod gltf_mesh;
+mod gltf_meshopt;
 mod gltf_nodes;
 mod gltf_pointers;
 mod gltf_textures;

@@ -13,6 +13,7 @@ use gridlight::report::dump::manifest::{FILE_NAME, FileEntry, Manifest};
 use gridlight::scene::testing::{Ktx2, glb_from};
 use gridlight::settings::Settings;
 use image::{DynamicImage, ImageFormat, RgbaImage};
+use meshoptimizer_rs::{Workspace, codec};
 use serde_json::{Value, json};
 
 /// A name, of which the extension counts, and the file's bytes.
@@ -154,8 +155,52 @@ fn embedded() -> Vec<u8> {
     .into_bytes()
 }
 
+/// A quad whose views are compressed by meshoptimizer in every mode, with a filter.
+fn meshopt() -> Vec<u8> {
+    let (mut data, mut workspace) = (Data::default(), Workspace::default());
+    let add = |data: &mut Data, mode: &str, filter: &str, count: usize, stride: usize, packed: &[u8]| {
+        let view = data.view(packed);
+        let source = json!({"buffer": 0, "byteOffset": data.views[view]["byteOffset"], "byteLength": packed.len(),
+            "byteStride": stride, "count": count, "mode": mode, "filter": filter});
+        data.views[view] = json!({"buffer": 1, "byteLength": count * stride,
+            "extensions": {"KHR_meshopt_compression": source}});
+    };
+    let encoding = codec::VertexEncoding::DEFAULT;
+    let positions = bytemuck::cast_slice(&CORNERS);
+    let packed = codec::encode_vertex_buffer(positions, 4, 12, encoding, &mut workspace).unwrap();
+    add(&mut data, "ATTRIBUTES", "NONE", 4, 12, &packed);
+    let normals = codec::encode_filter_oct(4, 8, 16, &[0., 0., 1., 1.].repeat(4), &mut workspace).unwrap();
+    let packed = codec::encode_vertex_buffer(&normals, 4, 8, encoding, &mut workspace).unwrap();
+    add(&mut data, "ATTRIBUTES", "OCTAHEDRAL", 4, 8, &packed);
+    data.views[1]["byteStride"] = json!(8);
+    let indices = [0, 1, 2, 1, 3, 2];
+    let packed = codec::encode_index_buffer(&indices, codec::IndexEncoding::DEFAULT, &mut workspace).unwrap();
+    add(&mut data, "TRIANGLES", "NONE", 6, 4, &packed);
+    let packed = codec::encode_index_sequence(&indices, codec::IndexEncoding::DEFAULT, &mut workspace).unwrap();
+    add(&mut data, "INDICES", "NONE", 6, 2, &packed);
+    let accessor = |view: u32, component: u32, kind: &str, count: u32| json!({"bufferView": view, "componentType": component, "count": count, "type": kind, "normalized": view == 1});
+    data.accessors = vec![
+        accessor(0, 5126, "VEC3", 4),
+        accessor(1, 5122, "VEC3", 4),
+        accessor(2, 5125, "SCALAR", 6),
+        accessor(3, 5123, "SCALAR", 6),
+    ];
+    let attributes = json!({"POSITION": 0, "NORMAL": 1});
+    data.glb(json!({
+        "extensionsRequired": ["KHR_meshopt_compression"], "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "buffers": [{"byteLength": data.bin.len()},
+            {"byteLength": 200, "extensions": {"KHR_meshopt_compression": {"fallback": true}}}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 2}, {"attributes": attributes, "indices": 3}]}],
+    }))
+}
+
 pub fn scenes() -> Vec<Seed> {
-    vec![seed("still.glb", still()), seed("moving.glb", moving()), seed("embedded.gltf", embedded())]
+    vec![
+        seed("still.glb", still()),
+        seed("moving.glb", moving()),
+        seed("embedded.gltf", embedded()),
+        seed("meshopt.glb", meshopt()),
+    ]
 }
 
 /// A scene whose texture is a file beside it.

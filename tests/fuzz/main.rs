@@ -3,7 +3,8 @@
 //!
 //! Inputs are numbered, and each is the same in every run: `GRIDLIGHT_FUZZ_FIRST=N GRIDLIGHT_FUZZ_INPUTS=1` repeats one.
 //! `GRIDLIGHT_FUZZ_INPUTS` is their number, 4,000 unless said; `GRIDLIGHT_FUZZ_TARGET` chooses one reader, and
-//! `GRIDLIGHT_FUZZ_PATIENCE_S` is for machines that have other things to do. What fails is kept in the build folder. Files that once failed are in `corpus/TARGET/`, and are tried first.
+//! `GRIDLIGHT_FUZZ_PATIENCE_S` is for machines that have other things to do. What fails is kept in the build folder. Files
+//! that once failed, or that would if a reader believed them, are in `corpus/TARGET/`, and are tried first.
 
 mod allocator;
 mod bytes;

@@ -138,6 +138,7 @@ impl UploadedScene {
             node_capacity_bytes: node_capacity * size_of::<BvhNode>(),
             triangles: bytemuck::cast_slice(&bvh.triangles),
             vertices: bytemuck::cast_slice(&scene.vertices),
+            tangents: bytemuck::cast_slice(&scene.tangents),
             vertices_move: moves,
             indices: bytemuck::cast_slice(&scene.indices),
             materials: bytemuck::cast_slice(materials),
@@ -199,6 +200,9 @@ impl UploadedScene {
         self.set.keep_vertices(gpu)?;
         self.vertex_moves += 1;
         self.set.replace(gpu, ScenePart::Vertices, bytemuck::cast_slice(&scene.vertices))?;
+        if !scene.tangents.is_empty() {
+            self.set.replace(gpu, ScenePart::Tangents, bytemuck::cast_slice(&scene.tangents))?;
+        }
         self.set.replace(gpu, ScenePart::Nodes, bytemuck::cast_slice(&bvh.nodes))?;
         self.set.replace(gpu, ScenePart::Triangles, bytemuck::cast_slice(&bvh.triangles))?;
         self.largest_triangle = largest_triangle(scene);

@@ -55,7 +55,7 @@ fn refusal(set: impl Fn(&mut StageLimits) -> &mut u32, allowed: u32) -> String {
 #[test]
 fn a_pass_beyond_a_limit_is_refused_by_name() {
     let storage = refusal(|limits| &mut limits.storage_buffers, 4);
-    assert!(storage.starts_with("pass `gbuffer` binds 7 storage buffers"), "{storage}");
+    assert!(storage.starts_with("pass `gbuffer` binds 8 storage buffers"), "{storage}");
     assert!(
         storage.ends_with("storage buffers in one stage, this device allows 4 (maxPerStageDescriptorStorageBuffers)")
     );

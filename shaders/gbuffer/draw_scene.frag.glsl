@@ -22,12 +22,14 @@ layout(location = 0) in vec3 from_eye_ws;
 layout(location = 1) in vec3 normal_ws;
 layout(location = 2) in vec2 uv;
 layout(location = 3) in vec4 vertex_color;
+// w: the side of the bitangent. All 0 where there is no normal map.
+layout(location = 4) in vec4 tangent_ws;
 
 layout(location = 0) out vec4 out_albedo;
 // x: shading normal, y: geometric normal, both octahedral, turned towards the viewer.
 layout(location = 1) out uvec2 out_normals;
 #ifdef FINDS_MOTION
-layout(location = 4) in vec3 previous_from_eye_ws;
+layout(location = 5) in vec3 previous_from_eye_ws;
 // xy: from the pixel to where its surface was, in pixels, y down. z: near / view z of that place, 0 where it was not
 // before the camera.
 layout(location = 2) out vec4 out_motion;
@@ -78,27 +80,18 @@ vec4 textured_color(uint flags) {
     return change == vec2(0.0) ? single : filtered;
 }
 
-// Tangent frame from screen-space derivatives (Schueler 2013), so that no mesh needs tangents.
-vec3 mapped_normal(vec3 n, vec3 geometric, float scale) {
-    vec3 position_dx = dFdx(from_eye_ws);
-    vec3 position_dy = dFdy(from_eye_ws);
-    vec2 uv_dx = dFdx(uv);
-    vec2 uv_dy = dFdy(uv);
-    vec3 r1 = cross(position_dy, n);
-    vec3 r2 = cross(n, position_dx);
-    vec3 tangent = r1 * uv_dx.x + r2 * uv_dy.x;
-    vec3 bitangent = r1 * uv_dx.y + r2 * uv_dy.y;
+// The normal that the normal map gives. MikkTSpace, with which maps are baked, takes the interpolated normal and tangent as
+// they are: only the result has unit length. Where `shading` was turned towards the viewer, it is that of the back.
+vec3 mapped_normal(vec3 shading, float scale) {
     // Before any invocation returns: the sample takes its derivatives from all four of a quad.
     vec3 sampled = texture(normal_texture, steady(uv)).xyz * 2.0 - 1.0;
-    float longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
-    if (longest <= 0.0) {
-        return n;
+    if (tangent_ws.w == 0.0) {
+        return shading;
     }
-    float inverse_length = inversesqrt(longest);
-    // glTF's green points up, along -v of the texture, while `bitangent` runs along +v.
-    vec3 mapped = sampled.x * scale * tangent * inverse_length - sampled.y * scale * bitangent * inverse_length
-        + sampled.z * n;
-    return dot(mapped, mapped) > 0.0 ? normalize(mapped) : n;
+    vec3 bitangent = cross(normal_ws, tangent_ws.xyz) * tangent_ws.w;
+    vec3 mapped = scale * (sampled.x * tangent_ws.xyz + sampled.y * bitangent) + sampled.z * normal_ws;
+    mapped = dot(shading, normal_ws) < 0.0 ? -mapped : mapped;
+    return dot(mapped, mapped) > 0.0 ? normalize(mapped) : shading;
 }
 
 #ifdef EMISSION
@@ -124,7 +117,7 @@ void main() {
     vec3 shading = dot(normal_ws, normal_ws) > 0.0 ? normalize(normal_ws) : geometric;
     shading = dot(shading, geometric) < 0.0 ? -shading : shading;
     if ((material.flags & MATERIAL_NORMAL_MAP) != 0u) {
-        shading = mapped_normal(shading, geometric, material.normal_scale);
+        shading = mapped_normal(shading, material.normal_scale);
     }
 #ifdef EMISSION
     out_emission = vec4(emission(material, base_color.rgb), 1.0);

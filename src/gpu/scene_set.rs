@@ -21,6 +21,7 @@ use crate::environment::upload::PreparedEnvironment;
 use crate::error::{Error, Result};
 use crate::graph::ImageInfo;
 use crate::scene::chunks::Chunk;
+use crate::scene::octahedral::NO_TANGENT;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::sampling::{Filter, Sampling, Wrap};
 use crate::scene::upload::MipChain;
@@ -37,6 +38,8 @@ pub struct SceneData<'a> {
     pub triangles: &'a [u8],
     /// Scene vertices.
     pub vertices: &'a [u8],
+    /// Packed tangents of the vertices up to the last that has one, may be empty.
+    pub tangents: &'a [u8],
     /// Whether vertices are replaced, so that those of the frame before are kept.
     pub vertices_move: bool,
     /// Three indices per triangle.
@@ -68,6 +71,8 @@ pub struct SceneData<'a> {
 pub enum ScenePart {
     /// Scene vertices, a buffer.
     Vertices,
+    /// Packed tangents of the vertices up to the last that has one, a buffer.
+    Tangents,
     /// The vertices of the frame before, a buffer; only where vertices move.
     PreviousVertices,
     /// Three indices per triangle, a buffer.
@@ -95,8 +100,9 @@ pub enum ScenePart {
 }
 
 impl ScenePart {
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 14] = [
         Self::Vertices,
+        Self::Tangents,
         Self::PreviousVertices,
         Self::Indices,
         Self::Materials,
@@ -116,6 +122,7 @@ impl ScenePart {
     pub fn name(self) -> &'static str {
         match self {
             Self::Vertices => "scene_vertices",
+            Self::Tangents => "scene_tangents",
             Self::PreviousVertices => "previous_vertices",
             Self::Indices => "scene_indices",
             Self::Materials => "scene_materials",
@@ -137,6 +144,7 @@ pub struct SceneSet {
     pub(super) scene: Sets,
     pub(super) materials: Sets,
     pub(super) vertices: Buffer,
+    tangents: Buffer,
     previous_vertices: Option<Buffer>,
     pub(super) indices: Buffer,
     pub(super) chunks: Vec<Chunk>,
@@ -207,6 +215,7 @@ impl SceneSet {
         let structures = query.map(|(structures, _)| structures.buffers());
         match ScenePart::ALL.into_iter().find(|part| part.name() == name)? {
             ScenePart::Vertices => Some(buffer(&self.vertices)),
+            ScenePart::Tangents => Some(buffer(&self.tangents)),
             ScenePart::PreviousVertices => self.previous_vertices.as_ref().map(buffer),
             ScenePart::Indices => Some(buffer(&self.indices)),
             ScenePart::Materials => Some(buffer(materials)),
@@ -250,6 +259,7 @@ impl SceneSet {
             ScenePart::Nodes => return self.nodes.replace(gpu, bytes),
             ScenePart::Triangles => return self.triangles.replace(gpu, bytes),
             ScenePart::Vertices => &self.vertices,
+            ScenePart::Tangents => &self.tangents,
             ScenePart::Lights => &self.buffers[1],
             _ => return Err(Error::Failure(format!("{} are not replaced between frames", part.name()))),
         };
@@ -277,6 +287,10 @@ impl SceneSet {
         let build_input = data.query.map_or(vk::BufferUsageFlags::empty(), |_| BUILD_INPUT);
         let vertex_usage = storage | vk::BufferUsageFlags::VERTEX_BUFFER | build_input;
         let vertices = storage_buffer(gpu, "scene vertices", data.vertices, vertex_usage)?;
+        // A buffer cannot be empty: a word that says nothing stands for none.
+        let no_tangent = NO_TANGENT.to_le_bytes();
+        let tangents = if data.tangents.is_empty() { &no_tangent[..] } else { data.tangents };
+        let tangents = storage_buffer(gpu, "scene tangents", tangents, storage)?;
         let indices = storage_buffer(gpu, "scene indices", data.indices, storage | vk::BufferUsageFlags::INDEX_BUFFER)?;
         let keep = || storage_buffer(gpu, "previous vertices", data.vertices, storage);
         let previous_vertices = data.vertices_move.then(keep).transpose()?;
@@ -335,6 +349,7 @@ impl SceneSet {
             scene,
             materials: material_sets,
             vertices,
+            tangents,
             previous_vertices,
             indices,
             chunks: data.chunks.clone(),

@@ -12,6 +12,8 @@ use crate::settings::Rays;
 pub struct SceneParts {
     /// Scene vertices.
     pub vertices: BufferHandle,
+    /// Packed tangents of the vertices up to the last that has one.
+    pub tangents: BufferHandle,
     /// The vertices of the frame before; `None` where they are the same in all frames, or are not needed.
     pub previous_vertices: Option<BufferHandle>,
     /// Three indices per triangle.
@@ -47,6 +49,7 @@ impl SceneParts {
         let mut buffer = |part: ScenePart| graph.imported_buffer(part.name());
         let [vertices, indices, materials, lights] =
             [ScenePart::Vertices, ScenePart::Indices, ScenePart::Materials, ScenePart::Lights].map(&mut buffer);
+        let tangents = buffer(ScenePart::Tangents);
         let emitters = buffer(ScenePart::Emitters);
         let environment_table = buffer(ScenePart::EnvironmentTable);
         let structures = [ScenePart::TopStructure, ScenePart::BottomStructure, ScenePart::StructureTriangles];
@@ -59,6 +62,7 @@ impl SceneParts {
         let previous_vertices = None;
         Self {
             vertices,
+            tangents,
             previous_vertices,
             indices,
             materials,
@@ -97,6 +101,7 @@ impl SceneParts {
     #[must_use]
     pub fn drawn_by(&self, pass: Pass<Work>) -> Pass<Work> {
         pass.uses(self.vertices, Access::VertexBuffer)
+            .bind(ScenePart::Tangents.name(), self.tangents, Access::VertexRead)
             .uses(self.indices, Access::IndexBuffer)
             .uses(self.materials, Access::FragmentRead)
     }

@@ -10,7 +10,6 @@ use glam::Vec3;
 
 use super::default_camera::default_camera;
 use super::gltf_buffers::Document;
-use super::gltf_mapping::Mapping;
 use super::gltf_materials::{default_material, mappings, materials};
 use super::gltf_mesh::{Geometry, is_lost};
 use super::gltf_nodes::{Found, default_sun, walk};
@@ -103,11 +102,11 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
     let mut found = walk(document)?;
     let mut motion = Motion::read(document, &found)?;
     let mappings = mappings(document)?;
-    let geometry = gather(document, &found, &mappings, &mut motion, progress)?;
     let (mut materials, images) = materials(document, &mappings)?;
+    let geometry = gather(document, &found, Geometry::new(&materials, &mappings), &mut motion, progress)?;
     let textures = decode_images(document, &images, &mut materials, progress)?;
-    let Geometry { mut vertices, corners, has_colors, .. } = geometry;
-    motion.pose_at_rest(&mut vertices);
+    let Geometry { mut vertices, mut tangents, corners, has_colors, .. } = geometry;
+    motion.pose_at_rest(&mut vertices, &mut tangents);
     if let Some(what) = motion.find_lost(|vertex| is_lost(vertex.position_ws.into()), &vertices) {
         return Err(document.error(format_args!("{what} has a vertex position that is not finite or too far")));
     }
@@ -137,6 +136,7 @@ fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) 
     Ok(Scene {
         name,
         vertices,
+        tangents,
         indices,
         triangle_materials,
         draws,
@@ -165,13 +165,14 @@ fn lit_by(found: &Found, draws: &[Draw], materials: &[Material]) -> LitBy {
 fn gather(
     document: &Document,
     found: &Found,
-    mappings: &[Mapping],
+    mut geometry: Geometry,
     motion: &mut Motion,
     progress: &dyn Fn(&str, u64, u64),
 ) -> Result<Geometry> {
     let moved = motion.moved_nodes();
-    let mut geometry = Geometry::new(mappings);
     let total = found.instances.len() as u64;
+    progress("meshes", 0, total);
+    geometry.compute_ahead(document, &found.instances)?;
     for (i, instance) in found.instances.iter().enumerate() {
         progress("meshes", i as u64, total);
         let moves = motion.carries(document, instance, &moved);
@@ -242,3 +243,7 @@ mod extension_tests;
 #[cfg(test)]
 #[path = "gltf_meshopt_tests.rs"]
 mod meshopt_tests;
+
+#[cfg(test)]
+#[path = "gltf_tangent_tests.rs"]
+mod tangent_tests;

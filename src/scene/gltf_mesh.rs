@@ -1,18 +1,22 @@
 //! Triangles of glTF meshes, transformed to world space and gathered by material.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use ::gltf::json::Index;
 use ::gltf::json::accessor::Accessor;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec3, Vec4};
 
-use super::Vertex;
 use super::gltf_buffers::Document;
 use super::gltf_extensions::compression;
 use super::gltf_mapping::Mapping;
 use super::gltf_nodes::Instance;
+use super::gltf_tangents::{CornerTangents, usable};
 use super::motion::{Body, Motion};
-use super::octahedral::pack_octahedral;
+use super::octahedral::{NO_TANGENT, pack_octahedral, pack_tangent};
+use super::{Material, Vertex};
 use crate::Result;
 
 /// The most vertices, and the most triangles, a scene may have.
@@ -27,6 +31,8 @@ const MAX_COORDINATE: f32 = 1e9;
 pub(super) struct Geometry {
     /// All vertices.
     pub vertices: Vec<Vertex>,
+    /// Packed tangents of the vertices up to the last that has one.
+    pub tangents: Vec<u32>,
     /// Triangle corners for each material of the glTF, and last for primitives without one.
     pub corners: Vec<Vec<u32>>,
     /// Triangles without an area, left out.
@@ -38,17 +44,34 @@ pub(super) struct Geometry {
     /// Whether a primitive of the material has colours, in the order of `corners`.
     pub has_colors: Vec<bool>,
     /// For each material of the glTF, and last for primitives without one.
-    mappings: Vec<Mapping>,
+    pub looks: Vec<Look>,
+    /// Computed tangents of primitives, by mesh and primitive: a mesh may be placed very often. `None` where there are too many.
+    pub computed: HashMap<(usize, usize), Option<Arc<CornerTangents>>>,
     announced_vertices: u64,
     announced_triangles: u64,
 }
 
+/// What of a material decides which attributes are read.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Look {
+    /// How its textures lie.
+    pub mapping: Mapping,
+    /// Whether one of them is a normal map.
+    pub has_normal_map: bool,
+}
+
 /// A primitive, in mesh space until it is placed.
 pub(super) struct Shape {
+    /// Which it is: its mesh, and its index there.
+    pub of: (usize, usize),
     /// Corners.
     pub positions: Vec<Vec3>,
     /// Their normals; without them every triangle is flat.
     pub normals: Option<Vec<Vec3>>,
+    /// Their tangents, with the side of the bitangent in w, 1 or -1, or all 0; empty without a normal map.
+    pub tangents: Vec<Vec4>,
+    /// Whether there is a normal map, and its tangents have to be computed.
+    pub lacks_tangents: bool,
     /// What their surface looks like.
     pub paint: Paint,
     /// Indices of corners.
@@ -65,10 +88,19 @@ pub(super) struct Paint {
 
 impl Geometry {
     /// Room for triangles of the glTF's materials, whose textures lie like this.
-    pub fn new(mappings: &[Mapping]) -> Self {
-        let mappings: Vec<Mapping> = mappings.iter().copied().chain([Mapping::default()]).collect();
-        let has_colors = vec![false; mappings.len()];
-        Self { corners: vec![Vec::new(); mappings.len()], has_colors, mappings, ..Self::default() }
+    pub fn new(materials: &[Material], mappings: &[Mapping]) -> Self {
+        let look = |(material, mapping): (&Material, &Mapping)| Look {
+            mapping: *mapping,
+            has_normal_map: material.normal_texture.is_some(),
+        };
+        let looks: Vec<Look> = materials.iter().zip(mappings).map(look).chain([Look::default()]).collect();
+        let has_colors = vec![false; looks.len()];
+        Self { corners: vec![Vec::new(); looks.len()], has_colors, looks, ..Self::default() }
+    }
+
+    /// One that reads the same apart: what it counts says nothing of this one.
+    pub fn to_read_ahead(&self) -> Self {
+        Self { looks: self.looks.clone(), ..Self::default() }
     }
 
     /// Adds all triangles of one placed mesh; those that move go to `motion` as well, which will place them.
@@ -79,24 +111,21 @@ impl Geometry {
         };
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let what = format!("mesh {m}, primitive {p}");
-            let no_material = self.corners.len() - 1;
-            let material = primitive.material.map_or(no_material, |material| material.value());
-            if material > no_material || (primitive.material.is_some() && material == no_material) {
-                return Err(document.error(format_args!("{what} refers to material {material}, which does not exist")));
-            }
+            let material = self.material_of(document, &what, primitive)?;
             let Checked::Valid(mode) = primitive.mode else {
                 return Err(document.error(format_args!("{what} has an unknown mode")));
             };
-            if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            if !has_triangles(mode) {
                 self.not_triangles += 1;
                 continue;
             }
-            let mut shape = self.read(document, &what, primitive, mode, self.mappings[material])?;
+            let mut shape = self.read(document, ((m, p), &what), primitive, mode, self.looks[material])?;
             self.has_colors[material] |= shape.paint.colors.is_some();
             if moves {
                 motion.add(document, self, primitive, (instance, &what, material), shape)?;
                 continue;
             }
+            self.compute_tangents(document, &mut shape, &mut []);
             self.degenerate += shape.place(&instance.world);
             if shape.positions.iter().any(|p| is_lost(*p)) {
                 return Err(document.error(format_args!("{what} has a vertex position that is not finite or too far")));
@@ -109,13 +138,24 @@ impl Geometry {
         Ok(())
     }
 
-    fn read(
+    /// The material of a primitive; the last of all where it names none.
+    pub fn material_of(&self, document: &Document, what: &str, primitive: &Primitive) -> Result<usize> {
+        let no_material = self.corners.len() - 1;
+        let material = primitive.material.map_or(no_material, |material| material.value());
+        if material > no_material || (primitive.material.is_some() && material == no_material) {
+            return Err(document.error(format_args!("{what} refers to material {material}, which does not exist")));
+        }
+        Ok(material)
+    }
+
+    /// Reads a primitive of triangles with a material that looks like this.
+    pub fn read(
         &mut self,
         document: &Document,
-        what: &str,
+        (of, what): ((usize, usize), &str),
         primitive: &Primitive,
         mode: Mode,
-        mapping: Mapping,
+        Look { mapping, has_normal_map }: Look,
     ) -> Result<Shape> {
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
         let Some(position) = attribute(Semantic::Positions) else {
@@ -139,11 +179,18 @@ impl Geometry {
         same("normals", normals.as_ref().map_or(count, Vec::len))?;
         let uvs =
             attribute(Semantic::TexCoords(mapping.set)).map(|a| document.read_floats::<2>(what, a)).transpose()?;
+        // What has no place in the texture has no tangent either.
+        let wants_tangents = has_normal_map && uvs.is_some();
         let mut uvs = uvs.unwrap_or_else(|| vec![[0.0; 2]; count]);
         same("texture coordinates", uvs.len())?;
         mapping.apply(&mut uvs);
         let colors = attribute(Semantic::Colors(0)).map(|a| document.read_colors(what, a)).transpose()?;
         same("colours", colors.as_ref().map_or(count, Vec::len))?;
+        // Tangents for other normals than those of the triangles would not fit them.
+        let tangents = attribute(Semantic::Tangents).filter(|_| wants_tangents && normals.is_some());
+        let tangents = tangents.map(|a| document.read_floats::<4>(what, a)).transpose()?;
+        same("tangents", tangents.as_ref().map_or(count, Vec::len))?;
+        let tangents = tangents.and_then(|given| usable(document, &given));
         let indices = match primitive.indices {
             Some(accessor) => document.read_indices(what, accessor)?,
             None => (0..count as u32).collect(),
@@ -152,7 +199,15 @@ impl Geometry {
             return Err(document.error(format_args!("{what} has the index {bad} but only {count} vertices")));
         }
         self.incomplete += u64::from(if mode == Mode::Triangles { indices.len() % 3 != 0 } else { indices.len() < 3 });
-        Ok(Shape { positions, normals, paint: Paint { uvs, colors }, triangles: triangulate(mode, &indices) })
+        Ok(Shape {
+            of,
+            positions,
+            normals,
+            lacks_tangents: wants_tangents && tangents.is_none(),
+            tangents: tangents.unwrap_or_default(),
+            paint: Paint { uvs, colors },
+            triangles: triangulate(mode, &indices),
+        })
     }
 
     /// Keeps the totals within bounds before anything is read or allocated.
@@ -175,11 +230,20 @@ impl Geometry {
         Ok(())
     }
 
+    /// Adds tangents of the vertices from `first` on, which are the last so far; none where there are none.
+    fn push_tangents(&mut self, first: usize, tangents: impl ExactSizeIterator<Item = Vec4>) {
+        if tangents.len() > 0 {
+            self.tangents.resize(first, NO_TANGENT);
+            self.tangents.extend(tangents.map(pack_tangent));
+        }
+    }
+
     /// Keeps the vertices as they are; unusable normals become that of a triangle at the vertex.
     fn push_shared(&mut self, material: usize, shape: &Shape, normals: &[Vec3]) {
         let mut normals = normals.to_vec();
         fill_normals(&mut normals, &shape.positions, &shape.triangles);
         let base = self.vertices.len() as u32;
+        self.push_tangents(base as usize, shape.tangents.iter().copied());
         self.vertices
             .extend(normals.iter().enumerate().map(|(i, normal)| shape.paint.vertex(i, shape.positions[i], *normal)));
         self.corners[material].extend(shape.triangles.iter().flatten().map(|i| base + i));
@@ -187,6 +251,10 @@ impl Geometry {
 
     /// Gives every triangle three vertices of its own, with its geometric normal.
     fn push_flat(&mut self, material: usize, shape: &Shape) {
+        if !shape.tangents.is_empty() {
+            let of_corners = shape.triangles.as_flattened().iter().map(|corner| shape.tangents[*corner as usize]);
+            self.push_tangents(self.vertices.len(), of_corners);
+        }
         for triangle in &shape.triangles {
             let normal = face_normal(&shape.positions, *triangle);
             for corner in triangle.map(|i| i as usize) {
@@ -199,6 +267,8 @@ impl Geometry {
     /// Adds the triangles of a body, whose vertices get their places when it is posed.
     pub fn add_unplaced(&mut self, material: usize, body: &Body, paint: &Paint) {
         let base = self.vertices.len() as u32;
+        let tangent_count = if body.tangents.is_empty() { 0 } else { body.vertex_count() };
+        self.push_tangents(base as usize, std::iter::repeat_n(Vec4::ZERO, tangent_count));
         let corners = body.triangles.iter().flatten();
         let unplaced = |i: usize| paint.vertex(i, Vec3::ZERO, Vec3::Z);
         if body.normals.is_some() {
@@ -220,6 +290,8 @@ impl Shape {
         self.positions.iter_mut().for_each(|p| *p = world.transform_point3(*p));
         // Zero marks a normal that cannot be used.
         self.normals.iter_mut().flatten().for_each(|n| *n = (to_world * n.normalize_or_zero()).normalize_or_zero());
+        let to_world = TangentTransform::new(&linear, mirrored);
+        self.tangents.iter_mut().for_each(|tangent| *tangent = to_world.apply(*tangent));
         if mirrored {
             self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
@@ -272,17 +344,45 @@ pub(super) fn fill_normals(normals: &mut [Vec3], positions: &[Vec3], triangles: 
     }
 }
 
+/// Takes tangents to world space.
+pub(super) struct TangentTransform {
+    linear: Mat3,
+    /// -1 where space is mirrored, and the bitangent comes to lie on the other side.
+    side: f32,
+}
+
+impl TangentTransform {
+    /// For this transform of positions, for which normals are mirrored or not.
+    pub fn new(linear: &Mat3, mirrored: bool) -> Self {
+        Self { linear: scaled_to_one(linear), side: if mirrored { -1.0 } else { 1.0 } }
+    }
+
+    /// The tangent in world space, of unit length; 0 where it has no direction.
+    pub fn apply(&self, tangent: Vec4) -> Vec4 {
+        (self.linear * tangent.truncate()).normalize_or_zero().extend(self.side * tangent.w)
+    }
+}
+
+/// With entries of at most 1, or the products of tiny or huge scales would leave the range of floats.
+fn scaled_to_one(m: &Mat3) -> Mat3 {
+    let size = m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
+    if size > 0.0 { *m * (1.0 / size) } else { *m }
+}
+
 /// The inverse transpose up to a positive factor; cofactors, so that it exists for flattened meshes too.
 pub(super) fn normal_matrix(m: &Mat3, mirrored: bool) -> Mat3 {
-    // Scaled first, or the products of tiny or huge scales would leave the range of floats.
-    let size = m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element();
-    let m = if size > 0.0 { *m * (1.0 / size) } else { *m };
+    let m = scaled_to_one(m);
     let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     if mirrored { cofactors * -1.0 } else { cofactors }
 }
 
 pub(super) fn vectors(arrays: Vec<[f32; 3]>) -> Vec<Vec3> {
     arrays.into_iter().map(Vec3::from_array).collect()
+}
+
+/// Whether primitives of this mode are triangles.
+pub(super) fn has_triangles(mode: Mode) -> bool {
+    matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
 }
 
 /// Triangles of a list, strip or fan, wound as the glTF specification says.

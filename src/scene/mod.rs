@@ -24,6 +24,7 @@ mod gltf_mesh;
 mod gltf_meshopt;
 mod gltf_nodes;
 mod gltf_pointers;
+mod gltf_tangents;
 mod gltf_textures;
 mod ktx2;
 pub mod motion;
@@ -261,6 +262,8 @@ pub struct Scene {
     pub name: String,
     /// All vertices.
     pub vertices: Vec<Vertex>,
+    /// Tangents of the vertices up to the last that has one, packed ([`octahedral::pack_tangent`]): where there are normal maps.
+    pub tangents: Vec<u32>,
     /// Three per triangle, grouped by [`Draw`].
     pub indices: Vec<u32>,
     /// Material of each triangle (`indices.len() / 3` entries).

@@ -92,6 +92,7 @@ pub fn scene_from_quads(name: &str, quads: &[[Vec3; 4]], material: Material) -> 
         triangle_materials: vec![0; indices.len() / 3],
         draws: vec![Draw { first_index: 0, index_count: indices.len() as u32, material: 0 }],
         vertices,
+        tangents: Vec::new(),
         indices,
         materials: vec![material],
         textures: Vec::new(),

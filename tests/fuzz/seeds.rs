@@ -111,7 +111,7 @@ fn still() -> Vec<u8> {
     }))
 }
 
-/// A scene that moves: animations of all kinds, a skin, morph targets.
+/// A scene that moves: animations of all kinds, a skin, morph targets, normal maps with tangents of the file and without.
 fn moving() -> Vec<u8> {
     let mut data = Data::default();
     let position = data.floats("VEC3", 3, &CORNERS);
@@ -124,6 +124,15 @@ fn moving() -> Vec<u8> {
     let turns = data.floats("VEC4", 4, &[0., 0., 0., 1., 0., 1., 0., 0.]);
     let spline = data.floats("VEC3", 3, &[0.5; 18]);
     let morphs = data.floats("SCALAR", 1, &[0., 1.]);
+    let normal = data.floats("VEC3", 3, &[0., 0., 1.].repeat(4));
+    // Of the two triangles, the second has the texture mirrored.
+    let uv = data.floats("VEC2", 2, &[0., 0., 1., 0., 0., 1., 0., 1.]);
+    let tangent = data.floats("VEC4", 4, &[1., 0., 0., -1.].repeat(4));
+    let image = data.view(&picture_file(ImageFormat::Png, 4));
+    let bent =
+        json!({"POSITION": position, "NORMAL": normal, "TEXCOORD_0": uv, "JOINTS_0": joints, "WEIGHTS_0": weights});
+    let morphed = json!({"POSITION": position, "NORMAL": normal, "TEXCOORD_0": uv, "TANGENT": tangent});
+    let target = json!({"POSITION": position, "NORMAL": position, "TANGENT": position});
     let channel =
         |sampler: u32, node: u32, path: &str| json!({"sampler": sampler, "target": {"node": node, "path": path}});
     data.glb(json!({
@@ -131,8 +140,11 @@ fn moving() -> Vec<u8> {
         "nodes": [{"mesh": 0, "skin": 0}, {"children": [2]}, {"translation": [1, 0, 0]}, {"mesh": 1, "weights": [0.5]}],
         "skins": [{"joints": [1, 2], "inverseBindMatrices": bind, "skeleton": 1}],
         "meshes": [
-            {"primitives": [{"attributes": {"POSITION": position, "JOINTS_0": joints, "WEIGHTS_0": weights}, "indices": index}]},
-            {"primitives": [{"attributes": {"POSITION": position}, "targets": [{"POSITION": position}]}], "weights": [0]}],
+            {"primitives": [{"attributes": bent, "indices": index, "material": 0}]},
+            {"primitives": [{"attributes": morphed, "targets": [target], "material": 0}, {"attributes": bent, "targets": [target],
+                "material": 0}], "weights": [0]}],
+        "materials": [{"normalTexture": {"index": 0, "scale": 0.5}}], "textures": [{"source": 0}],
+        "images": [{"bufferView": image, "mimeType": "image/png"}],
         "animations": [{"name": "all",
             "channels": [channel(0, 1, "translation"), channel(1, 2, "rotation"), channel(2, 2, "scale"), channel(3, 3, "weights")],
             "samplers": [{"input": times, "output": moves}, {"input": times, "output": turns, "interpolation": "STEP"},

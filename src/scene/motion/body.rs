@@ -1,10 +1,10 @@
 //! Triangles that move: a primitive of a mesh that is carried by a node, bent by a skin or morphed.
 
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec3, Vec4};
 
 use super::nodes::Posed;
-use crate::scene::gltf_mesh::{face_normal, fill_normals, normal_matrix, within_reach};
-use crate::scene::octahedral::pack_octahedral;
+use crate::scene::gltf_mesh::{TangentTransform, face_normal, fill_normals, normal_matrix, within_reach};
+use crate::scene::octahedral::{pack_octahedral, pack_tangent};
 use crate::scene::{Aabb, Vertex};
 
 /// Joints that carry skinned meshes.
@@ -30,6 +30,8 @@ pub(in crate::scene) struct Target {
     pub positions: Vec<Vec3>,
     /// Added to normals; empty where they stay.
     pub normals: Vec<Vec3>,
+    /// Added to tangents; empty where they stay.
+    pub tangents: Vec<Vec3>,
 }
 
 /// How much of a vertex follows a joint.
@@ -58,6 +60,8 @@ pub(in crate::scene) struct Body {
     pub positions: Vec<Vec3>,
     /// Their normals; without them every triangle has vertices of its own, with the triangle's normal.
     pub normals: Option<Vec<Vec3>>,
+    /// Their tangents, with the side of the bitangent in w; empty without a normal map.
+    pub tangents: Vec<Vec4>,
     /// Corners of each triangle, counter-clockwise in front.
     pub triangles: Vec<[u32; 3]>,
     /// Whether the order of corners was turned because the node mirrors.
@@ -72,6 +76,7 @@ pub(in crate::scene) struct Body {
 struct Placed {
     positions: Vec<Vec3>,
     normals: Option<Vec<Vec3>>,
+    tangents: Vec<Vec4>,
     /// Whether front faces are behind.
     mirrored: bool,
 }
@@ -83,13 +88,14 @@ impl Body {
     }
 
     /// Puts its vertices where they are at a moment.
-    pub fn pose(&self, posed: &Posed, skins: &[Skin], vertices: &mut [Vertex]) {
+    pub fn pose(&self, posed: &Posed, skins: &[Skin], vertices: &mut [Vertex], tangents: &mut [u32]) {
         let mut placed = self.placed(posed, skins);
         if !posed.visible[self.node] {
             // Triangles without area are in no picture, and no ray hits them.
             let place = placed.positions.first().copied().unwrap_or_default();
             placed.positions.fill(place);
         }
+        self.put_tangents(&placed.tangents, tangents);
         let vertices = &mut vertices[self.first_vertex..self.first_vertex + self.vertex_count()];
         let mut put = |index: usize, position: Vec3, normal: Vec3| {
             let vertex = &mut vertices[index];
@@ -111,13 +117,30 @@ impl Body {
         }
     }
 
+    /// Puts tangents of the corners, if there are any, among those of all vertices.
+    fn put_tangents(&self, placed: &[Vec4], tangents: &mut [u32]) {
+        if placed.is_empty() {
+            return;
+        }
+        let tangents = &mut tangents[self.first_vertex..self.first_vertex + self.vertex_count()];
+        if self.normals.is_some() {
+            tangents.iter_mut().zip(placed).for_each(|(packed, tangent)| *packed = pack_tangent(*tangent));
+        } else {
+            let corners = self.triangles.as_flattened();
+            tangents.iter_mut().zip(corners).for_each(|(packed, i)| *packed = pack_tangent(placed[*i as usize]));
+        }
+    }
+
     /// Morphed, then bent or carried.
     fn placed(&self, posed: &Posed, skins: &[Skin]) -> Placed {
         let (mut positions, mut normals) = (self.positions.clone(), self.normals.clone());
+        let mut tangents = self.tangents.clone();
         for (target, weight) in self.targets.iter().zip(&posed.weights[self.node]).filter(|(_, w)| **w != 0.0) {
             positions.iter_mut().zip(&target.positions).for_each(|(position, offset)| *position += *offset * *weight);
             let normals = normals.iter_mut().flatten();
             normals.zip(&target.normals).for_each(|(normal, offset)| *normal += *offset * *weight);
+            let tangents = tangents.iter_mut();
+            tangents.zip(&target.tangents).for_each(|(tangent, offset)| *tangent += (*offset * *weight).extend(0.0));
         }
         let Some(skin) = self.skin.map(|skin| &skins[skin]) else {
             let world = posed.worlds[self.node] * self.place;
@@ -126,19 +149,25 @@ impl Body {
             let to_world = normal_matrix(&linear, mirrored);
             positions.iter_mut().for_each(|position| *position = world.transform_point3(*position));
             normals.iter_mut().flatten().for_each(|normal| *normal = turned(&to_world, *normal));
-            return Placed { positions, normals, mirrored };
+            let to_world = TangentTransform::new(&linear, mirrored);
+            tangents.iter_mut().for_each(|tangent| *tangent = to_world.apply(*tangent));
+            return Placed { positions, normals, tangents, mirrored };
         };
         let matrices = skin.matrices(posed);
         let per_vertex = self.influences.len() / positions.len().max(1);
         for (vertex, influences) in self.influences.chunks_exact(per_vertex.max(1)).enumerate() {
             let world = influences.iter().fold(Mat4::ZERO, |sum, i| sum + matrices[i.joint as usize] * i.weight);
             positions[vertex] = world.transform_point3(positions[vertex]);
+            let linear = Mat3::from_mat4(world);
+            let mirrored = linear.determinant() < 0.0;
             if let Some(normals) = &mut normals {
-                let linear = Mat3::from_mat4(world);
-                normals[vertex] = turned(&normal_matrix(&linear, linear.determinant() < 0.0), normals[vertex]);
+                normals[vertex] = turned(&normal_matrix(&linear, mirrored), normals[vertex]);
+            }
+            if let Some(tangent) = tangents.get_mut(vertex) {
+                *tangent = TangentTransform::new(&linear, mirrored).apply(*tangent);
             }
         }
-        Placed { positions, normals, mirrored: false }
+        Placed { positions, normals, tangents, mirrored: false }
     }
 
     /// A box that it stays in at a moment: what each joint alone would make of the vertices that follow it.

@@ -12,8 +12,8 @@ mod sampler;
 
 use glam::Mat4;
 
-pub(in crate::scene) use body::Body;
 use body::Skin;
+pub(in crate::scene) use body::{Body, Target as MorphTarget};
 use clip::{Channel, Clip};
 pub(in crate::scene) use clip::{LightProperty, Property, Target};
 use nodes::{Hierarchy, Posed};
@@ -95,9 +95,9 @@ impl Motion {
     }
 
     /// Puts vertices where they are when nothing plays.
-    pub(in crate::scene) fn pose_at_rest(&self, vertices: &mut [Vertex]) {
+    pub(in crate::scene) fn pose_at_rest(&self, vertices: &mut [Vertex], tangents: &mut [u32]) {
         let posed = self.rest();
-        self.bodies.iter().for_each(|body| body.pose(&posed, &self.skins, vertices));
+        self.bodies.iter().for_each(|body| body.pose(&posed, &self.skins, vertices, tangents));
     }
 
     /// Takes over the cameras of a scene where nothing has moved yet, in the order in which they were read.
@@ -134,5 +134,7 @@ impl Light {
     }
 }
 
+#[cfg(test)]
+mod tangent_tests;
 #[cfg(test)]
 mod tests;

@@ -72,7 +72,7 @@ impl Scene {
         let posed = motion.hierarchy.pose(motion.playing_clips(), time_s);
         let moved = motion.moved_by(motion.playing_clips());
         for body in motion.bodies.iter().filter(|body| motion.body_moves(body, &moved)) {
-            body.pose(&posed, &motion.skins, &mut self.vertices);
+            body.pose(&posed, &motion.skins, &mut self.vertices, &mut self.tangents);
         }
         let (lamps, lenses) = (motion.lamps_at(time_s), motion.fields_of_view_at(time_s));
         for (camera, carried) in self.cameras.iter_mut().zip(&motion.cameras) {

@@ -1,6 +1,6 @@
 //! Reads the triangles that move.
 
-use ::gltf::json::mesh::{Primitive, Semantic};
+use ::gltf::json::mesh::{MorphTarget, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use glam::{Mat3, Vec3};
 
@@ -32,16 +32,23 @@ impl Motion {
         geometry: &mut Geometry,
         primitive: &Primitive,
         (instance, what, material): (&Instance, &str, usize),
-        shape: Shape,
+        mut shape: Shape,
     ) -> Result<()> {
         let skin = document.root.nodes[instance.node].skin.map(|skin| skin.value());
-        let influences = match skin {
+        let mut influences = match skin {
             None => Vec::new(),
             Some(skin) => self.influences(document, what, primitive, (skin, shape.positions.len()))?,
         };
+        let mut targets = targets(document, what, primitive, &shape)?;
+        let vertices_before = shape.positions.len();
+        let copies = geometry.compute_tangents(document, &mut shape, &mut targets);
+        let per_vertex = influences.len() / vertices_before.max(1);
+        copies.iter().map(|vertex| *vertex as usize * per_vertex).for_each(|first| {
+            influences.extend_from_within(first..first + per_vertex);
+        });
         let (skin, influences) = if influences.is_empty() { (None, influences) } else { (skin, influences) };
         let turned = skin.is_none() && Mat3::from_mat4(instance.world).determinant() < 0.0;
-        let Shape { positions, normals, paint, mut triangles } = shape;
+        let Shape { positions, normals, tangents, paint, mut triangles, .. } = shape;
         if turned {
             triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }
@@ -51,9 +58,10 @@ impl Motion {
             place: instance.place,
             skin,
             first_vertex: geometry.vertices.len(),
-            targets: targets(document, what, primitive, positions.len())?,
+            targets,
             positions,
             normals,
+            tangents,
             triangles,
             turned,
             influences,
@@ -126,7 +134,8 @@ fn share_out(influences: &mut [Influence]) {
     }
 }
 
-fn targets(document: &Document, what: &str, primitive: &Primitive, vertices: usize) -> Result<Vec<Target>> {
+fn targets(document: &Document, what: &str, primitive: &Primitive, shape: &Shape) -> Result<Vec<Target>> {
+    let vertices = shape.positions.len();
     let targets = primitive.targets.as_deref().unwrap_or_default();
     if targets.len().saturating_mul(vertices) > MOST_OFFSETS {
         let count = targets.len();
@@ -143,5 +152,11 @@ fn targets(document: &Document, what: &str, primitive: &Primitive, vertices: usi
         offsets.iter_mut().filter(|offset| !offset.is_finite()).for_each(|offset| *offset = Vec3::ZERO);
         Ok(offsets)
     };
-    targets.iter().map(|t| Ok(Target { positions: read(t.positions)?, normals: read(t.normals)? })).collect()
+    // Offsets of tangents mean those of the file.
+    let has_tangents = !shape.tangents.is_empty();
+    let target = |target: &MorphTarget| {
+        let (positions, normals) = (read(target.positions)?, read(target.normals)?);
+        Ok(Target { positions, normals, tangents: read(target.tangents.filter(|_| has_tangents))? })
+    };
+    targets.iter().map(target).collect()
 }

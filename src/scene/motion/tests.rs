@@ -12,14 +12,14 @@ use crate::scene::{Light, Scene, gltf, upload};
 use crate::{Error, Result};
 
 /// A glTF in the making: JSON and the bytes that it refers to.
-struct File {
-    json: Value,
+pub(super) struct File {
+    pub json: Value,
     bytes: Vec<u8>,
 }
 
 impl File {
     /// A triangle in the plane z = 0, carried by node 0.
-    fn new() -> Self {
+    pub fn new() -> Self {
         let mut file = Self {
             json: json!({
                 "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
@@ -43,13 +43,17 @@ impl File {
         accessors.len() - 1
     }
 
-    fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
-        let width = [("SCALAR", 1), ("VEC3", 3), ("VEC4", 4), ("MAT4", 16)].iter().find(|k| k.0 == kind).unwrap().1;
+    pub fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
+        let width = [("SCALAR", 1), ("VEC2", 2), ("VEC3", 3), ("VEC4", 4), ("MAT4", 16)]
+            .iter()
+            .find(|k| k.0 == kind)
+            .unwrap()
+            .1;
         self.accessor(kind, 5126, values.len() / width, bytemuck::cast_slice(values))
     }
 
     /// Adds an animation of one channel.
-    fn animate(&mut self, (node, path, between): (usize, &str, &str), times: &[f32], values: &[f32]) {
+    pub fn animate(&mut self, (node, path, between): (usize, &str, &str), times: &[f32], values: &[f32]) {
         let kind = match path {
             "rotation" => "VEC4",
             "weights" => "SCALAR",
@@ -72,7 +76,7 @@ impl File {
         gltf::load_bytes("test", &glb_from(&json.to_string(), &self.bytes), &|_, _, _| {})
     }
 
-    fn load(&self) -> Scene {
+    pub fn load(&self) -> Scene {
         self.try_load().unwrap_or_else(|error| panic!("{error}"))
     }
 
@@ -86,7 +90,7 @@ impl File {
     }
 }
 
-fn at(mut scene: Scene, animation: Option<&str>, time_s: f64) -> Scene {
+pub(super) fn at(mut scene: Scene, animation: Option<&str>, time_s: f64) -> Scene {
     scene.play(animation).unwrap();
     scene.pose(time_s);
     scene
@@ -96,7 +100,7 @@ fn positions(scene: &Scene) -> Vec<Vec3> {
     scene.vertices.iter().map(|vertex| vertex.position_ws.into()).collect()
 }
 
-fn normal(scene: &Scene, vertex: usize) -> Vec3 {
+pub(super) fn normal(scene: &Scene, vertex: usize) -> Vec3 {
     unpack_octahedral(scene.vertices[vertex].normal_oct)
 }
 
@@ -201,7 +205,7 @@ fn cameras_and_lights_are_carried() {
 }
 
 /// A bar of four corners along x, the outer two on the second of two joints, which sits at x = 1.
-fn bar(joints: &[u8], weights: &[f32]) -> File {
+pub(super) fn bar(joints: &[u8], weights: &[f32]) -> File {
     let mut file = File::new();
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
     let positions = file.floats("VEC3", &corners.concat());
@@ -230,10 +234,10 @@ fn bar(joints: &[u8], weights: &[f32]) -> File {
     file
 }
 
-const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+pub(super) const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
 const BOTH: [f32; 4] = [0.5, 0.5, 0.0, 0.0];
 /// Not yet normalised.
-const SECOND: [f32; 4] = [0.0, 3.0, 0.0, 0.0];
+pub(super) const SECOND: [f32; 4] = [0.0, 3.0, 0.0, 0.0];
 
 #[test]
 fn a_bar_of_two_bones_is_bent_by_a_right_angle() {

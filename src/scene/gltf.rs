@@ -241,6 +241,10 @@ mod robustness;
 mod extension_tests;
 
 #[cfg(test)]
+#[path = "gltf_draco_tests.rs"]
+mod draco_tests;
+
+#[cfg(test)]
 #[path = "gltf_meshopt_tests.rs"]
 mod meshopt_tests;
 

@@ -29,12 +29,6 @@ impl Document<'_> {
         Ok(self.accessor(index)?.count.0)
     }
 
-    /// Whether the accessor has no data of its own.
-    pub fn is_empty_accessor(&self, index: Index<Accessor>) -> Result<bool> {
-        let accessor = self.accessor(index)?;
-        Ok(accessor.buffer_view.is_none() && accessor.sparse.is_none())
-    }
-
     /// An accessor of `N` components as floats, normalised integers decoded.
     pub fn read_floats<const N: usize>(&self, what: &str, index: Index<Accessor>) -> Result<Vec<[f32; N]>> {
         let wanted = match N {
@@ -110,7 +104,8 @@ impl Document<'_> {
         Ok(unsigned(packed.component, &packed.bytes))
     }
 
-    fn accessor(&self, index: Index<Accessor>) -> Result<&Accessor> {
+    /// The accessor with this index.
+    pub fn accessor(&self, index: Index<Accessor>) -> Result<&Accessor> {
         let i = index.value();
         self.root.accessors.get(i).ok_or_else(|| self.error(format_args!("accessor {i} does not exist")))
     }

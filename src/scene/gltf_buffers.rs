@@ -6,6 +6,8 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use ::gltf::json::accessor::Accessor;
+use ::gltf::json::validation::USize64;
 use ::gltf::json::{Index, Root, Scene, buffer};
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -15,7 +17,7 @@ use serde_json::{Map, Value};
 
 use super::gltf_lenient::Lenient;
 use super::gltf_pointers::Pointers;
-use super::{gltf_extensions, gltf_files, gltf_glb, gltf_json, gltf_meshopt};
+use super::{gltf_draco, gltf_extensions, gltf_files, gltf_glb, gltf_json, gltf_meshopt};
 use crate::{Error, Result};
 
 /// A parsed glTF with its buffers in memory. Nothing in it has been validated beyond what each method checks.
@@ -27,7 +29,7 @@ pub(super) struct Document<'a> {
     /// What animations change by `KHR_animation_pointer`.
     pub pointers: Pointers,
     buffers: Vec<Cow<'a, [u8]>>,
-    /// What compressed buffer views hold, by their index.
+    /// What compressed buffer views hold and what has been decompressed for others, by the index of the view.
     decompressed: HashMap<usize, Vec<u8>>,
     /// What the file has that is not rendered, each kind once.
     ignored: RefCell<Vec<String>>,
@@ -73,6 +75,7 @@ impl<'a> Document<'a> {
             document.buffers.push(data);
         }
         document.decompressed = gltf_meshopt::decompress(&document, &compressed)?;
+        gltf_draco::decompress(&mut document)?;
         progress("buffers", total, total);
         Ok(document)
     }
@@ -149,11 +152,6 @@ impl<'a> Document<'a> {
         read.map(Some).map_err(|e| self.error(format_args!("{what} has a broken {name}: {e}")))
     }
 
-    /// An error about a part of the file that is there compressed alone.
-    pub fn compressed(&self, what: &dyn Display, extension: &str) -> Error {
-        self.error(format_args!("{what} is there only by the extension {extension}, which is not supported"))
-    }
-
     /// An error about this file.
     pub fn error(&self, reason: impl Display) -> Error {
         Error::file(&self.path, reason)
@@ -198,10 +196,29 @@ impl<'a> Document<'a> {
         read.map_err(|why| self.error(format_args!("{what}, the file `{name}`, cannot be read: {why}")))
     }
 
-    /// Bytes of all buffers together, and of what they hold compressed.
+    /// Bytes of all buffers together, as the file has them.
     pub fn buffer_bytes(&self) -> u64 {
-        let decompressed = self.decompressed.values().map(Vec::len);
-        self.buffers.iter().map(|buffer| buffer.len()).chain(decompressed).map(|bytes| bytes as u64).sum()
+        self.buffers.iter().map(|buffer| buffer.len() as u64).sum()
+    }
+
+    /// Adds an accessor like `model` of so many packed elements, whose bytes are these.
+    pub fn add_accessor(&mut self, model: Accessor, count: usize, bytes: Vec<u8>) -> Index<Accessor> {
+        let (view, accessor) = (self.root.buffer_views.len(), self.root.accessors.len());
+        let buffer_view = Some(Index::new(view as u32));
+        let added = Accessor { buffer_view, byte_offset: None, count: USize64(count as u64), sparse: None, ..model };
+        self.root.accessors.push(added);
+        self.root.buffer_views.push(buffer::View {
+            buffer: Index::new(0),
+            byte_length: USize64(bytes.len() as u64),
+            byte_offset: None,
+            byte_stride: None,
+            name: None,
+            target: None,
+            extensions: None,
+            extras: Default::default(),
+        });
+        self.decompressed.insert(view, bytes);
+        Index::new(accessor as u32)
     }
 
     /// The bytes of a buffer view and its stride, decompressed.

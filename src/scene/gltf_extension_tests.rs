@@ -118,19 +118,6 @@ fn invisible_nodes_hide_what_is_below_them() {
     assert_eq!(scene.lit_by, crate::scene::LitBy::Nothing);
 }
 
-/// Where an optional extension is what the file has its data by, it is what an error names.
-#[test]
-fn data_that_are_there_only_compressed_name_the_extension() {
-    let draco = quad(|parts| {
-        parts.accessors[0] = json!({"componentType": 5126, "count": 4, "type": "VEC3"});
-        json!({"extensionsUsed": ["KHR_draco_mesh_compression"], "materials": [{}], "meshes": [{"primitives": [{
-            "attributes": {"POSITION": 0}, "extensions": {"KHR_draco_mesh_compression": {"bufferView": 1}}}]}]})
-    });
-    let message = draco.err().unwrap().to_string();
-    let reason = "is there only by the extension KHR_draco_mesh_compression, which is not supported";
-    assert_eq!(message, format!("test.glb: mesh 0, primitive 0 {reason}"));
-}
-
 /// A picture whose left half is red and whose right half is blue.
 fn halves() -> image::RgbaImage {
     image::RgbaImage::from_fn(8, 4, |x, _| image::Rgba(if x < 4 { [255, 0, 0, 255] } else { [0, 0, 255, 255] }))

@@ -1,13 +1,12 @@
 //! The extensions of glTF: which are read, and what a picture lacks without the others.
 
-use serde_json::{Map, Value};
-
 /// Extensions that are read. Quantised attributes are read like any others.
-const READ: [&str; 14] = [
+const READ: [&str; 15] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
@@ -20,11 +19,8 @@ const READ: [&str; 14] = [
     "MSFT_texture_dds",
 ];
 
-/// Extensions that compress what buffers hold.
-const COMPRESSIONS: [&str; 1] = ["KHR_draco_mesh_compression"];
-
 /// What the picture is like without an extension that is not read.
-const NOT_READ: [(&str, &[&str]); 7] = [
+const NOT_READ: [(&str, &[&str]); 6] = [
     (
         "every surface is diffuse",
         &[
@@ -57,7 +53,6 @@ const NOT_READ: [(&str, &[&str]); 7] = [
     ),
     ("materials are those without a variant", &["KHR_materials_variants", "FB_geometry_metadata"]),
     ("textures that only it has are left out", &["EXT_texture_astc", "EXT_texture_avif"]),
-    ("meshes are those that the file has uncompressed", &COMPRESSIONS),
     ("its light is missing", &["EXT_lights_ies", "EXT_lights_image_based"]),
     (
         "the picture is as without it",
@@ -97,12 +92,6 @@ const NOT_READ: [(&str, &[&str]); 7] = [
         ],
     ),
 ];
-
-/// The extension of these by which something of the file is compressed, if there is one.
-pub(super) fn compression(extensions: Option<&Map<String, Value>>) -> Option<&str> {
-    let names = extensions.into_iter().flat_map(Map::keys);
-    names.map(String::as_str).find(|name| COMPRESSIONS.contains(name))
-}
 
 /// Refuses a file that requires an extension that is not read, naming all of them.
 pub(super) fn check_required(required: &[&str]) -> Result<(), String> {

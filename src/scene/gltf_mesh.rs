@@ -10,7 +10,6 @@ use ::gltf::json::validation::Checked;
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
 use super::gltf_buffers::Document;
-use super::gltf_extensions::compression;
 use super::gltf_mapping::Mapping;
 use super::gltf_nodes::Instance;
 use super::gltf_tangents::{CornerTangents, usable};
@@ -161,12 +160,6 @@ impl Geometry {
         let Some(position) = attribute(Semantic::Positions) else {
             return Err(document.error(format_args!("{what} has no positions")));
         };
-        let extensions = primitive.extensions.as_ref().map(|e| &e.others);
-        if let Some(name) = compression(extensions)
-            && document.is_empty_accessor(position)?
-        {
-            return Err(document.compressed(&what, name));
-        }
         self.announce(document, position, primitive.indices, mode)?;
         let positions = vectors(document.read_floats::<3>(what, position)?);
         let count = positions.len();

@@ -10,6 +10,7 @@ pub mod emitters;
 pub mod gltf;
 mod gltf_accessors;
 mod gltf_buffers;
+mod gltf_draco;
 mod gltf_extensions;
 mod gltf_files;
 mod gltf_glb;

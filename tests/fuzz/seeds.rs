@@ -206,12 +206,35 @@ fn meshopt() -> Vec<u8> {
     }))
 }
 
+/// A torus that is there only as Google's encoder has compressed it.
+fn draco(stream: &[u8], vertices: u32, corners: u32) -> Vec<u8> {
+    let mut data = Data::default();
+    let view = data.view(stream);
+    let mut accessor = |component: u32, kind: &str, count: u32| {
+        data.accessors.push(json!({"componentType": component, "count": count, "type": kind}));
+        data.accessors.len() - 1
+    };
+    let attributes = json!({"POSITION": accessor(5126, "VEC3", vertices), "NORMAL": accessor(5126, "VEC3", vertices),
+        "TEXCOORD_0": accessor(5126, "VEC2", vertices), "COLOR_0": accessor(5121, "VEC4", vertices)});
+    let indices = accessor(5123, "SCALAR", corners);
+    let source = json!({"bufferView": view,
+        "attributes": {"POSITION": 13, "NORMAL": 12, "TEXCOORD_0": 11, "COLOR_0": 10}});
+    data.glb(json!({
+        "extensionsRequired": ["KHR_draco_mesh_compression"], "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": indices,
+            "extensions": {"KHR_draco_mesh_compression": source}}]}],
+    }))
+}
+
 pub fn scenes() -> Vec<Seed> {
     vec![
         seed("still.glb", still()),
         seed("moving.glb", moving()),
         seed("embedded.gltf", embedded()),
         seed("meshopt.glb", meshopt()),
+        seed("sequential.glb", draco(include_bytes!("../draco/sequential.drc"), 54, 240)),
+        seed("standard.glb", draco(include_bytes!("../draco/standard.drc"), 54, 240)),
+        seed("valence.glb", draco(include_bytes!("../draco/valence.drc"), 594, 3276)),
     ]
 }
 

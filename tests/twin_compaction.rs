@@ -38,6 +38,7 @@ fn upload(test: &common::GpuTest, scene: &Scene, prepared: &PreparedScene) -> Ar
         node_capacity_bytes: 0,
         triangles: bytemuck::cast_slice(&bvh.triangles),
         vertices: bytemuck::cast_slice(&scene.vertices),
+        tangents: bytemuck::cast_slice(&scene.tangents),
         vertices_move: false,
         indices: bytemuck::cast_slice(&scene.indices),
         materials: bytemuck::cast_slice(&prepared.materials),

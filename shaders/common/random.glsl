@@ -31,6 +31,13 @@ vec2 r2_sequence(uint index, uint seed) {
     return vec2(unit_float(fixed_point.x), unit_float(fixed_point.y));
 }
 
+// Point n of the R3 sequence, likewise.
+vec3 r3_sequence(uint index, uint seed) {
+    uvec3 shift = uvec3(hash(seed), hash(seed ^ 0x68bc21ebu), hash(seed ^ 0x02e5be93u));
+    uvec3 fixed_point = uvec3(3518319155u, 2882110345u, 2360945575u) * index + shift;
+    return vec3(unit_float(fixed_point.x), unit_float(fixed_point.y), unit_float(fixed_point.z));
+}
+
 const float PI = 3.14159265358979;
 
 // Two unit vectors that with `n` form an orthonormal frame (Duff et al. 2017).

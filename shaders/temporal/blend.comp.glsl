@@ -30,8 +30,8 @@ layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D history_unshadow
 layout(set = 0, binding = 8, rgba32f) uniform writeonly image2D out_shadowed;
 layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D out_unshadowed;
 layout(set = 0, binding = 10) uniform texture2D depth_image;
-// b: that (temporal/compare_tiles).
-layout(set = 0, binding = 11) uniform texture2D tiles;
+// r: that (temporal/compare_tiles).
+layout(set = 0, binding = 11) uniform texture2D given_up_image;
 
 // A frame's deviation weighs at least this much in the variance.
 const float LEAST_VARIANCE_WEIGHT = 0.1;
@@ -63,7 +63,7 @@ float given_up(ivec2 pixel) {
     for (int i = 0; i < 4; ++i) {
         ivec2 corner = ivec2(i & 1, i >> 1);
         vec2 along = mix(1.0 - share, share, vec2(corner));
-        sum += along.x * along.y * texelFetch(tiles, clamp(first + corner, ivec2(0), last), 0).b;
+        sum += along.x * along.y * texelFetch(given_up_image, clamp(first + corner, ivec2(0), last), 0).r;
     }
     return sum;
 }

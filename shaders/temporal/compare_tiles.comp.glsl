@@ -13,8 +13,11 @@ layout(set = 0, binding = 2) uniform texture2D unshadowed_image;
 layout(set = 0, binding = 3) uniform texture2D reprojected_shadowed;
 layout(set = 0, binding = 4) uniform texture2D motion_image;
 layout(set = 0, binding = 5) uniform texture2D previous_tiles;
-// r: mean of the frame. g: variance of such means. b: how much of the history to give up, 0 to 1. a: frames.
+// r: mean of the frame. g: variance of such means. b: how far the frame was above its history, in standard deviations.
+// a: frames.
 layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_tiles;
+// r: how much of the history to give up, 0 to 1.
+layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_given_up;
 
 // A frame weighs at least this much in the variance.
 const float LEAST_WEIGHT = 0.1;
@@ -24,6 +27,10 @@ const float KNOWN_FRAMES = 4.0;
 const float MOST_DEVIATION = 9.0;
 // Standard deviations from which a difference is no noise in part, and wholly.
 const vec2 LIMITS = vec2(3.0, 5.0);
+// Two frames in a row on the same side count as one that is farther off, as the noise of their mean is less.
+const float OF_TWO = sqrt(2.0);
+// A frame by itself counts less: single samples of much light are common, and are not of the same tile twice in a row.
+const float OF_ONE = 0.3;
 const uint PIXELS = TILE_SIZE * TILE_SIZE;
 
 // Light of the frame, of the history, and their unit.
@@ -48,18 +55,27 @@ vec4 tile_before(ivec2 tile) {
     return frame.history_is_valid != 0u && is_inside ? texelFetch(previous_tiles, ivec2(at) / int(TILE_SIZE), 0) : vec4(0.0);
 }
 
-vec4 compared(vec3 sum, vec4 before) {
+// How much of the history to give up, as a frame and the one before it lie so many standard deviations above their histories.
+float given_up(float above, float above_before) {
+    bool is_same_side = above * above_before > 0.0;
+    float of_two = is_same_side ? OF_TWO * min(abs(above), abs(above_before)) : 0.0;
+    return smoothstep(LIMITS.x, LIMITS.y, max(of_two, OF_ONE * abs(above)));
+}
+
+void compare(ivec2 tile, vec3 sum, vec4 before) {
     float now = sum.x / sum.z;
     if (before.a <= 0.0) {
-        return vec4(now, 0.0, 0.0, 1.0);
+        imageStore(out_tiles, tile, vec4(now, 0.0, 0.0, 1.0));
+        imageStore(out_given_up, tile, vec4(0.0));
+        return;
     }
     // The mean of the squared difference of two frames is twice their variance.
     float deviation = 0.5 * (now - before.r) * (now - before.r);
     bool is_known = before.a >= KNOWN_FRAMES;
-    float surprise = abs(sum.x - sum.y) / sum.z / sqrt(before.g + 1e-6);
-    float given_up = is_known ? smoothstep(LIMITS.x, LIMITS.y, surprise) : 0.0;
+    float above = is_known ? (sum.x - sum.y) / sum.z / sqrt(before.g + 1e-6) : 0.0;
     float variance = mix(before.g, is_known ? min(deviation, MOST_DEVIATION * before.g) : deviation, max(1.0 / before.a, LEAST_WEIGHT));
-    return vec4(now, variance, given_up, min(before.a + 1.0, 1e4));
+    imageStore(out_tiles, tile, vec4(now, variance, above, min(before.a + 1.0, 1e4)));
+    imageStore(out_given_up, tile, vec4(given_up(above, before.b), 0.0, 0.0, 0.0));
 }
 
 void main() {
@@ -75,6 +91,11 @@ void main() {
     }
     if (lane == 0u) {
         ivec2 tile = ivec2(gl_WorkGroupID.xy);
-        imageStore(out_tiles, tile, sums[0].z > 0.0 ? compared(sums[0], tile_before(tile)) : vec4(0.0));
+        if (sums[0].z > 0.0) {
+            compare(tile, sums[0], tile_before(tile));
+        } else {
+            imageStore(out_tiles, tile, vec4(0.0));
+            imageStore(out_given_up, tile, vec4(0.0));
+        }
     }
 }

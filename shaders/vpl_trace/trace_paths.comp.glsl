@@ -29,15 +29,31 @@ float share_before(uint cell) { return start_cells[cell].first; }
 
 DEFINE_INTERVAL_SEARCH(start_cell, share_before)
 
+// Which one of the paths of all frames this is. Where paths are renewed a few at a time, a frame's paths are successive ones.
+uint path_of_all_frames(uint path) {
+    uint count = frame.path_count;
+    return frame.renewed_paths == 0u ? path : path + count * ((frame.renewed_paths - path + count - 1u) / count);
+}
+
+// Three numbers between 0 and 1, which over the paths of a frame spread evenly.
+vec3 spread_numbers(uint path, uint path_of_all, inout uint random_state) {
+    if (frame.renewed_paths == 0u) {
+        float share = (float(path) + random(random_state)) / float(frame.path_count);
+        return vec3(share, r2_sequence(path, frame_seed()));
+    }
+    return r3_sequence(path_of_all, frame_seed());
+}
+
 void main() {
     uint path = first_path + linear_thread();
     if (path >= end_path) {
         return;
     }
-    uint random_state = hash(path, frame_seed());
-    float share = (float(path) + random(random_state)) / float(frame.path_count);
-    StartCell cell = start_cells[start_cell(0u, uint(start_cells.length()), share)];
-    vec3 numbers = vec3(clamp((share - cell.first) / cell.share, 0.0, 1.0), r2_sequence(path, frame_seed()));
+    uint path_of_all = path_of_all_frames(path);
+    uint random_state = hash(path_of_all, frame_seed());
+    vec3 numbers = spread_numbers(path, path_of_all, random_state);
+    StartCell cell = start_cells[start_cell(0u, uint(start_cells.length()), numbers.x)];
+    numbers.x = clamp((numbers.x - cell.first) / cell.share, 0.0, 1.0);
     vec3 start = cell.low + cell.size * numbers;
     Emission emission;
     if (is_environment(start.x)) {

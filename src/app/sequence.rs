@@ -67,6 +67,7 @@ impl Sequence<'_> {
         let held = self.scene.motion.moves().any().then_some(VplSeeds::Held);
         Some(match self.settings.many_lights.vpl_seeds.or(held)? {
             VplSeeds::Held => Fresh::Shadows,
+            VplSeeds::Rolling => Fresh::SomePaths,
             VplSeeds::Fresh => Fresh::All,
         })
     }

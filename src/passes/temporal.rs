@@ -51,8 +51,8 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, motion: MotionImages, reuse: Re
         lighting: (reuse.mode == Temporal::Indirect).then(|| history("lighting")),
     };
     let before = reproject(frame, gbuffer, motion, &histories);
-    let tiles = (reuse.antilag == Antilag::Tiles).then(|| compare_tiles(frame, motion, light, before));
-    let estimates = blend(frame, gbuffer, reuse, light, &histories, (before, tiles));
+    let given_up = (reuse.antilag == Antilag::Tiles).then(|| compare_tiles(frame, motion, light, before));
+    let estimates = blend(frame, gbuffer, reuse, light, &histories, (before, given_up));
     let frames = histories.shadowed.current;
     let lighting = histories
         .lighting
@@ -96,10 +96,12 @@ fn reproject(
     found
 }
 
-/// Gives an image with a texel for each tile: how much of the history is given up is in blue.
+/// Gives an image with a texel for each tile: how much of the history is given up, in red.
 fn compare_tiles(frame: &mut Frame, motion: MotionImages, light: Light, before: Histories<ImageHandle>) -> ImageHandle {
     let [width, height] = [frame.shape.width_px, frame.shape.height_px].map(|edge| edge.div_ceil(TILE_SIZE));
-    let tiles = frame.graph.history_image("temporal_tiles", ImageInfo::new(FORMAT, width, height));
+    let per_tile = ImageInfo::new(FORMAT, width, height);
+    let tiles = frame.graph.history_image("temporal_tiles", per_tile);
+    let given_up = frame.graph.transient_image("given_up", per_tile);
     let work = ComputeWork {
         constants: vec![("KEEPS_LIGHT", u32::from(before.lighting.is_some()))],
         ..shader("temporal/compare_tiles", frame.per_pixel())
@@ -111,9 +113,10 @@ fn compare_tiles(frame: &mut Frame, motion: MotionImages, light: Light, before: 
         .bind("reprojected_shadowed", before.shadowed, Access::ComputeSampled)
         .bind("motion_image", motion.motion, Access::ComputeSampled)
         .bind("previous_tiles", tiles.previous, Access::ComputeSampled)
-        .bind("out_tiles", tiles.current, Access::ComputeWrite);
+        .bind("out_tiles", tiles.current, Access::ComputeWrite)
+        .bind("out_given_up", given_up, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    tiles.current
+    given_up
 }
 
 fn blend(
@@ -122,7 +125,7 @@ fn blend(
     reuse: Reuse,
     light: Light,
     histories: &Histories<History<ImageHandle>>,
-    (before, tiles): (Histories<ImageHandle>, Option<ImageHandle>),
+    (before, given_up): (Histories<ImageHandle>, Option<ImageHandle>),
 ) -> ShadowEstimates {
     let ShadowEstimates { shadowed, unshadowed, estimate, .. } = light.estimates;
     let blended = ["shadowed_blended", "unshadowed_blended"].map(|name| frame.image(name, FORMAT));
@@ -131,7 +134,7 @@ fn blend(
             ("KEEPS_LIGHT", u32::from(before.lighting.is_some())),
             // What is cut is lost to the mean.
             ("CUTS", u32::from(estimate != ShadowEstimate::Unbiased)),
-            ("HAS_TILES", u32::from(tiles.is_some())),
+            ("HAS_TILES", u32::from(given_up.is_some())),
         ],
         push: vec![reuse.step_px, reuse.least_weight.to_bits()],
         ..shader("temporal/blend", frame.per_pixel())
@@ -145,7 +148,7 @@ fn blend(
         .bind("reprojected_unshadowed", before.unshadowed, Access::ComputeSampled)
         // What is not there is not read, but a binding needs an image.
         .bind("reprojected_lighting", before.lighting.unwrap_or(before.shadowed), Access::ComputeSampled)
-        .bind("tiles", tiles.unwrap_or(before.shadowed), Access::ComputeSampled)
+        .bind("given_up_image", given_up.unwrap_or(before.shadowed), Access::ComputeSampled)
         .bind("history_shadowed", histories.shadowed.current, Access::ComputeWrite)
         .bind("history_unshadowed", histories.unshadowed.current, Access::ComputeWrite)
         .bind("out_shadowed", blended[0], Access::ComputeWrite)

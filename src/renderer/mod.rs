@@ -36,7 +36,12 @@ pub enum Fresh {
     All,
     /// Shadow samples alone: the light paths are those of the first frame, and pixels are sampled at their centres.
     Shadows,
+    /// As `Shadows`, and one in [`FRAMES_OF_PATHS`] of the light paths: those of a frame are successive ones of a sequence.
+    SomePaths,
 }
+
+/// Frames after which all light paths are others, where some are renewed in every frame.
+pub const FRAMES_OF_PATHS: u32 = 16;
 
 /// A compiled frame of one scene, camera and settings.
 pub struct Renderer {
@@ -122,6 +127,9 @@ impl Renderer {
         self.data.clip_from_world = view.clip_from_world.to_cols_array_2d();
         [self.data.jitter_x_px, self.data.jitter_y_px] = jitter_px.to_array();
         self.data.seed = if everything { frame_seed } else { self.seed };
+        let paths = self.data.path_count;
+        let renewed = paths.wrapping_add(number.wrapping_mul(paths.div_ceil(FRAMES_OF_PATHS)));
+        self.data.renewed_paths = if fresh == Fresh::SomePaths { renewed } else { 0 };
         (self.data.accumulated_frame, self.data.sampling_seed) = (number, frame_seed);
     }
 

@@ -37,6 +37,8 @@ settings_group! {
 pub enum VplSeeds {
     /// Those with the random numbers of the first frame.
     Held,
+    /// A sixteenth of them others in every frame.
+    Rolling,
     /// Others in every frame.
     Fresh,
 }

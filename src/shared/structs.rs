@@ -137,8 +137,8 @@ shared_structs! {
         pub vertices_moved: u32,
         /// Of the frame before, `up_ws`.
         pub previous_up_ws: [f32; 3],
-        /// Unused.
-        pub padding_2: u32,
+        /// Where light paths are renewed a few at a time, how many have been renewed so far, and `path_count` more; else 0.
+        pub renewed_paths: u32,
     }
 
     /// A material as traced rays see it.

@@ -93,7 +93,7 @@ impl Blended {
 
     /// How much of a pixel's history tiles give up, bilinear between their middles.
     fn given_up(&self, x: i32, y: i32) -> f64 {
-        let tiles: Option<Vec<[f32; 4]>> = self.frame.written.get("temporal/compare_tiles", "temporal_tiles");
+        let tiles: Option<Vec<[f32; 4]>> = self.frame.written.get("temporal/compare_tiles", "given_up");
         let Some(tiles) = tiles else { return 0.0 };
         let [columns, rows] = [self.frame.size.width, self.frame.size.height].map(|edge| edge.div_ceil(8) as i32);
         let at = [x, y].map(|at| (f64::from(at) + 0.5) / 8.0 - 0.5);
@@ -104,7 +104,7 @@ impl Blended {
                 if corner[axis] == 0 { 1.0 - share } else { share }
             };
             let index = row.clamp(0, rows - 1) * columns + column.clamp(0, columns - 1);
-            share(0) * share(1) * f64::from(tiles[index as usize][2])
+            share(0) * share(1) * f64::from(tiles[index as usize][0])
         };
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(tap).iter().sum()
     }

@@ -25,9 +25,9 @@ settings_group! {
         /// contribute, or uniform [default: view]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "view|none")]
         pub vpl_importance: VplImportance = VplImportance::View,
-        /// Random numbers of the light paths over the frames of a run: the same in all, or new in each frame; shadow samples are
+        /// Random numbers of the light paths over the frames of a run: the same in all, new for a sixteenth of them in each frame, or new in each; shadow samples are
         /// new in every frame then [default: held where something moves; else every frame is the same]
-        #[arg(long, value_enum, hide_possible_values = true, value_name = "held|fresh")]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "held|rolling|fresh")]
         pub vpl_seeds: Option<VplSeeds> = None,
         /// Distance below which a light is clamped, in radii of the disc that a VPL represents; 0 disables clamping
         /// [default: 1]

@@ -180,8 +180,9 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         "temporal_tiles",
         "luminance per unit",
         RGBA,
-        "For each 8x8 tile the mean shadowed light of the frame, the variance of such means, the share of the history that is given up, and the number of frames.",
+        "For each 8x8 tile the mean shadowed light of the frame, the variance of such means, how far the frame is above its history in standard deviations, and the number of frames.",
     ),
+    image("given_up", "", RGBA, "For each 8x8 tile in R the share of the history that is given up; the rest is 0."),
     image(
         "shadowed_blended",
         "flux-weighted luminance",

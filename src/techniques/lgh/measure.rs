@@ -120,7 +120,8 @@ fn anchor(job: &Job<'_>) -> Option<GridAnchor> {
     let has_lamps = many_lights::scene_lights(job.scene, job.settings) > 0;
     let lamps = if has_lamps { job.scene.lamp_bounds() } else { Aabb::EMPTY };
     let bounds = job.scene.bounds.union(&lamps);
-    let differ = job.scene.has_moving_lighting() || job.settings.many_lights.vpl_seeds == Some(VplSeeds::Fresh);
+    let differ = job.scene.has_moving_lighting()
+        || job.settings.many_lights.vpl_seeds.is_some_and(|seeds| seeds != VplSeeds::Held);
     differ.then(|| GridAnchor::around(bounds.min.to_array(), bounds.max.to_array())).flatten()
 }
 

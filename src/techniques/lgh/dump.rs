@@ -182,7 +182,12 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         RGBA,
         "For each 8x8 tile the mean shadowed light of the frame, the variance of such means, how far the frame is above its history in standard deviations, and the number of frames.",
     ),
-    image("given_up", "", RGBA, "For each 8x8 tile in R the share of the history that is given up; the rest is 0."),
+    image(
+        "given_up",
+        "share",
+        RGBA,
+        "For each 8x8 tile in R the share of the history that is given up; the rest is 0.",
+    ),
     image(
         "shadowed_blended",
         "flux-weighted luminance",

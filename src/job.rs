@@ -7,6 +7,7 @@ use bytemuck::Zeroable;
 use glam::Vec2;
 
 use crate::camera::View;
+use crate::color::MIDDLE_GREY;
 use crate::gpu::Gpu;
 use crate::scene::Camera;
 use crate::settings::{BackFaces, Exposure, Settings};
@@ -17,7 +18,6 @@ use crate::{Error, Result};
 /// How far below a white surface in the faintest light of the scene the automatic exposure follows, in stops: indoors,
 /// far from the window, is about ten below outdoors.
 const DARKEST_STOPS: f64 = 10.0;
-const MIDDLE_GREY: f64 = 0.18;
 
 /// What is rendered, from where, how, and on which device.
 #[derive(Clone, Copy)]

@@ -3,13 +3,12 @@
 
 use glam::Vec3;
 
-use crate::color::luminance;
+use crate::color::{MIDDLE_GREY, luminance};
 use crate::shared::{EXPOSURE_BINS, EXPOSURE_STOPS};
 
 const BINS: usize = EXPOSURE_BINS as usize;
 const LOWEST_STOP: f32 = -0.5 * EXPOSURE_STOPS as f32;
 const STOPS_PER_BIN: f32 = EXPOSURE_STOPS as f32 / EXPOSURE_BINS as f32;
-const MIDDLE_GREY: f64 = 0.18;
 const MIDDLE: [f64; 2] = [0.1, 0.9];
 const HIGHLIGHTS_FROM: f64 = 0.98;
 const BACKGROUND_OF_SURFACES: f64 = 0.25;

@@ -3,7 +3,7 @@
 
 use super::gbuffer::{GBuffer, MotionImages};
 use super::shadow_rays::{FORMAT, ShadowEstimates};
-use super::{Frame, shader};
+use super::{Extent, Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, History, ImageHandle, ImageInfo};
 use crate::settings::{Antilag, ShadowEstimate, Temporal};
@@ -98,19 +98,25 @@ fn reproject(
 
 /// Gives an image with a texel for each tile: how much of the history is given up, in red.
 fn compare_tiles(frame: &mut Frame, motion: MotionImages, light: Light, before: Histories<ImageHandle>) -> ImageHandle {
-    let [width, height] = [frame.shape.width_px, frame.shape.height_px].map(|edge| edge.div_ceil(TILE_SIZE));
-    let per_tile = ImageInfo::new(FORMAT, width, height);
-    let tiles = frame.graph.history_image("temporal_tiles", per_tile);
-    let given_up = frame.graph.transient_image("given_up", per_tile);
+    let tile_count = [frame.shape.width_px, frame.shape.height_px].map(|edge| edge.div_ceil(TILE_SIZE));
+    let per_tile = ImageInfo::new(FORMAT, tile_count[0], tile_count[1]);
+    let sums = frame.graph.transient_image("tile_sums", per_tile);
     let work = ComputeWork {
         constants: vec![("KEEPS_LIGHT", u32::from(before.lighting.is_some()))],
-        ..shader("temporal/compare_tiles", frame.per_pixel())
+        ..shader("temporal/sum_tiles", frame.per_pixel())
     };
     let pass = frame
-        .compute("temporal/compare_tiles", work)
+        .compute("temporal/sum_tiles", work)
         .bind("shadowed_image", light.estimates.shadowed, Access::ComputeSampled)
         .bind("unshadowed_image", light.estimates.unshadowed, Access::ComputeSampled)
         .bind("reprojected_shadowed", before.shadowed, Access::ComputeSampled)
+        .bind("out_sums", sums, Access::ComputeWrite);
+    frame.graph.add_pass(pass);
+    let tiles = frame.graph.history_image("temporal_tiles", per_tile);
+    let given_up = frame.graph.transient_image("given_up", per_tile);
+    let pass = frame
+        .compute("temporal/compare_tiles", shader("temporal/compare_tiles", Extent::Pixels(tile_count)))
+        .bind("tile_sums", sums, Access::ComputeSampled)
         .bind("motion_image", motion.motion, Access::ComputeSampled)
         .bind("previous_tiles", tiles.previous, Access::ComputeSampled)
         .bind("out_tiles", tiles.current, Access::ComputeWrite)

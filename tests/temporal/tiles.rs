@@ -1,4 +1,4 @@
-//! Where the light of tiles has changed (`shaders/temporal/compare_tiles.comp.glsl`).
+//! Where the light of tiles has changed (`shaders/temporal/sum_tiles.comp.glsl`, `compare_tiles.comp.glsl`).
 
 use glam::Vec3;
 use gridlight::scene::{Light, Scene};
@@ -24,15 +24,32 @@ struct Comparison {
     /// What standard deviations count of two frames on the same side, and of one by itself.
     of_two: f64,
     of_one: f64,
+    /// What a tile counts at most among those around another.
+    most_of_group: f64,
+    /// Tiles on either side of one that are looked at together with it.
+    reach: i32,
+    /// Squared difference that is noise, in variances.
+    noise: f64,
+}
+
+impl Comparison {
+    /// What is given up for a difference of so many standard deviations.
+    fn given_up(&self, deviations: f64) -> f64 {
+        let along = ((deviations - self.limits[0]) / (self.limits[1] - self.limits[0])).clamp(0.0, 1.0);
+        along * along * (3.0 - 2.0 * along)
+    }
 }
 
 const COMPARISON: Comparison = Comparison {
     least_weight: 0.1,
-    known_frames: 4.0,
+    known_frames: 8.0,
     most_deviation: 9.0,
     limits: [3.0, 5.0],
     of_two: std::f64::consts::SQRT_2,
     of_one: 0.3,
+    most_of_group: 4.0,
+    reach: 1,
+    noise: 1.0,
 };
 
 /// Two frames that follow each other.
@@ -47,15 +64,26 @@ fn luminance(color: Texel) -> f64 {
 }
 
 impl Pair {
-    /// The eighth frame and the one before it, between which the camera moves.
+    /// The twelfth frame and the one before it, between which the camera moves.
     fn of(test: &GpuTest, size: Size, mode: Temporal) -> Self {
         let settings = settings(size, mode, ShadowEstimate::Corrected).changed(|s| s.lgh.antilag = Antilag::Tiles);
         let mut run = Run::new(&test.gpu, &furnished_room(), &settings);
-        (0..7).for_each(|_| run.next());
+        (0..11).for_each(|_| run.next());
         let before = run.last();
         run.step_right(0.08);
         run.next();
         Self { before, now: run.last(), keeps_light: mode == Temporal::Indirect }
+    }
+
+    /// The twelfth frame, before which the lamp has turned, and the one before it.
+    fn of_a_turned_lamp(test: &GpuTest) -> Self {
+        let mut run = Run::new(&test.gpu, &lit_from(-1.0), &lamp_settings(Antilag::Tiles));
+        (0..11).for_each(|_| run.next());
+        let before = run.last();
+        let turned = UploadedScene::new(&test.gpu, &lit_from(1.0)).unwrap();
+        run.renderer.update_lights(turned.other_lights()).unwrap();
+        run.next();
+        Self { before, now: run.last(), keeps_light: false }
     }
 
     fn tiles(frame: &Frame) -> Vec<Texel> {
@@ -66,17 +94,35 @@ impl Pair {
         [self.now.size.width, self.now.size.height].map(|edge| edge as i32)
     }
 
-    /// Light of the frame, of the history, and their unit, of a tile.
-    fn sums(&self, column: i32, row: i32) -> [f64; 3] {
+    /// Light of the frame, of the history, their unit, and that over the frames in the history, of all tiles.
+    fn sums(&self) -> Vec<Texel> {
         let now = &self.now;
         let [shadowed, unshadowed] = ["shadowed", "unshadowed"].map(|what| now.floats("shadow_rays", what));
         let before = now.floats("temporal/reproject", "reprojected_shadowed");
-        let pixels = (0..64).filter_map(|i| now.surfaces.index(8 * column + i % 8, 8 * row + i / 8));
-        pixels.filter(|i| before[*i][3] > 0.0).fold([0.0; 3], |[light, kept, units], i| {
-            let unit = unshadowed[i][3];
-            let of_history = luminance(before[i]) * if self.keeps_light { 1.0 } else { unit };
-            [light + luminance(shadowed[i]) * unit, kept + of_history, units + unit]
-        })
+        let sum = |(column, row): (i32, i32)| {
+            let pixels = (0..64).filter_map(|i| now.surfaces.index(8 * column + i % 8, 8 * row + i / 8));
+            pixels.filter(|i| before[*i][3] > 0.0).fold([0.0; 4], |[light, kept, units, per_frame], i| {
+                let unit = unshadowed[i][3];
+                let of_history = luminance(before[i]) * if self.keeps_light { 1.0 } else { unit };
+                [
+                    light + luminance(shadowed[i]) * unit,
+                    kept + of_history,
+                    units + unit,
+                    per_frame + unit / before[i][3],
+                ]
+            })
+        };
+        self.all_tiles().map(sum).collect()
+    }
+
+    /// Columns and rows of tiles.
+    fn tile_count(&self) -> [i32; 2] {
+        self.size().map(|edge| (edge as u32).div_ceil(8) as i32)
+    }
+
+    fn all_tiles(&self) -> impl Iterator<Item = (i32, i32)> {
+        let [columns, rows] = self.tile_count();
+        (0..rows).flat_map(move |row| (0..columns).map(move |column| (column, row)))
     }
 
     /// What the frame before knows of where the middle of a tile was.
@@ -91,40 +137,69 @@ impl Pair {
         if inside { Self::tiles(&self.before)[tile] } else { [0.0; 4] }
     }
 
+    /// What a tile gives up for those around it.
+    fn given_up_by_group(&self, sums: &[Texel], (column, row): (i32, i32), by: Comparison) -> f64 {
+        let [columns, rows] = self.tile_count();
+        let steps = -by.reach..=by.reach;
+        let around = steps.clone().flat_map(|y| steps.clone().map(move |x| (column + x, row + y)));
+        let inside = around.filter(|(x, y)| (0..columns).contains(x) && (0..rows).contains(y));
+        let known = inside.filter_map(|(x, y)| {
+            let (sum, before) = (sums[(y * columns + x) as usize], self.tile_before(x, y));
+            (sum[2] > 0.0 && before[3] >= by.known_frames).then(|| (sum, deviation_of(sum, before)))
+        });
+        let [above, variance, squares, count] =
+            known.fold([0.0; 4], |[above, variance, squares, count], (sum, deviation)| {
+                let deviations = ((sum[0] - sum[1]) / deviation).clamp(-by.most_of_group, by.most_of_group);
+                let above = above + deviations * deviation;
+                [above, variance + deviation * deviation, squares + deviations * deviations, count + 1.0]
+            });
+        if variance <= 0.0 {
+            return 0.0;
+        }
+        let no_noise = (1.0 - by.noise * count / squares.max(1e-30)).max(0.0);
+        by.given_up(above.abs() / variance.sqrt()) * no_noise
+    }
+
     /// The tiles, and what they give up.
-    fn twin(&self, by: Comparison) -> [Vec<Texel>; 2] {
-        let [columns, rows] = self.size().map(|edge| (edge as u32).div_ceil(8) as i32);
-        let tiles = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
-        let tile = |(column, row)| {
-            let [light, kept, unit] = self.sums(column, row);
+    fn twin(&self, sums: &[Texel], by: Comparison) -> [Vec<Texel>; 2] {
+        let tile = |((column, row), sum): ((i32, i32), &Texel)| {
+            let [light, kept, unit, _] = *sum;
             if unit <= 0.0 {
                 return ([0.0; 4], [0.0; 4]);
             }
             let mean = light / unit;
-            let [mean_before, variance, above_before, frames] = self.tile_before(column, row);
+            let before = self.tile_before(column, row);
+            let [mean_before, variance, above_before, frames] = before;
             if frames <= 0.0 {
                 return ([mean, 0.0, 0.0, 1.0], [0.0; 4]);
             }
             let is_known = frames >= by.known_frames;
             let deviation = 0.5 * (mean - mean_before).powi(2);
             let at_most = if is_known { by.most_deviation * variance } else { f64::INFINITY };
-            let above = if is_known { (light - kept) / unit / (variance + 1e-6).sqrt() } else { 0.0 };
+            let above = if is_known { (light - kept) / deviation_of(*sum, before) } else { 0.0 };
             let least = above.abs().min(above_before.abs());
             let of_two = if above * above_before > 0.0 { by.of_two * least } else { 0.0 };
-            let surprise = of_two.max(by.of_one * above.abs());
-            let along = ((surprise - by.limits[0]) / (by.limits[1] - by.limits[0])).clamp(0.0, 1.0);
+            let of_itself = by.given_up(of_two.max(by.of_one * above.abs()));
+            let given_up = of_itself.max(self.given_up_by_group(sums, (column, row), by));
             let weight = (1.0 / frames).max(by.least_weight);
             let known = [mean, variance + weight * (deviation.min(at_most) - variance), above, frames + 1.0];
-            (known, [along * along * (3.0 - 2.0 * along), 0.0, 0.0, 0.0])
+            (known, [given_up, 0.0, 0.0, 0.0])
         };
-        tiles.map(tile).collect::<(Vec<_>, Vec<_>)>().into()
+        self.all_tiles().zip(sums).map(tile).collect::<(Vec<_>, Vec<_>)>().into()
     }
 
     fn check(&self, by: Comparison) -> Verdict {
-        let [tiles, given_up] = self.twin(by);
+        let sums = self.sums();
+        compare_texels("sums", &self.now.floats("temporal/sum_tiles", "tile_sums"), &sums, 4, TOLERANCE)?;
+        let [tiles, given_up] = self.twin(&sums, by);
         compare_texels("tiles", &Self::tiles(&self.now), &tiles, 4, TOLERANCE)?;
         compare_texels("given up", &self.now.floats("temporal/compare_tiles", "given_up"), &given_up, 4, TOLERANCE)
     }
+}
+
+/// Standard deviation of the difference between a tile's light and its history, which has noise of its own.
+fn deviation_of([_, _, unit, per_frame]: Texel, [_, variance, _, _]: Texel) -> f64 {
+    unit * ((variance + 1e-6) * (1.0 + per_frame / unit)).sqrt()
 }
 
 /// What is planted, and how.
@@ -141,15 +216,23 @@ fn tiles_are_compared_by_the_formula() {
 #[test]
 fn other_comparisons_are_noticed() {
     let test = gpu();
-    let pair = Pair::of(&test, SIZES[4], Temporal::Shadows);
-    let faults: [Fault; 5] = [
+    let [moved, turned] = [Pair::of(&test, SIZES[4], Temporal::Shadows), Pair::of_a_turned_lamp(&test)];
+    turned.check(COMPARISON).unwrap();
+    let faults: [Fault; 6] = [
         ("a shorter memory", |by| by.least_weight = 0.2),
+        ("variances that are known later", |by| by.known_frames = 20.0),
         ("steps that count less", |by| by.most_deviation = 0.01),
         ("lower limits", |by| by.limits = [0.0, 0.5]),
         ("pairs that count more", |by| by.of_two = 9.0),
         ("single frames that count more", |by| by.of_one = 9.0),
     ];
-    for (what, plant) in faults {
+    let of_groups: [Fault; 3] = [
+        ("differences that are all change", |by| by.noise = 0.0),
+        ("tiles without those around them", |by| by.reach = 0),
+        ("tiles that count less in their group", |by| by.most_of_group = 1.0),
+    ];
+    let faults = faults.map(|fault| (&moved, fault)).into_iter().chain(of_groups.map(|fault| (&turned, fault)));
+    for (pair, (what, plant)) in faults {
         let mut comparison = COMPARISON;
         plant(&mut comparison);
         assert!(pair.check(comparison).is_err(), "{what} were not noticed");
@@ -180,14 +263,21 @@ fn blocks(radiance: &[f32], size: Size) -> Vec<f64> {
     sums
 }
 
+/// A size of whole tiles.
+const LAMP_SIZE: Size = Size { width: 64, height: 40 };
+
+/// Frames that show the lamp.
+fn lamp_settings(antilag: Antilag) -> Settings {
+    settings(LAMP_SIZE, Temporal::Shadows, ShadowEstimate::Ratio).changed(|s| {
+        (s.lgh.antilag, s.many_lights.shadow_samples) = (antilag, 4);
+        s.many_lights.vpls = 2000;
+    })
+}
+
 /// How far the picture is from that of frames which have always had the light there is, some frames after the lamp has
 /// turned, or in the same frame where it has not, as a share of it; and the share of tiles that give something up there.
 fn lag(test: &GpuTest, antilag: Antilag, turns: bool) -> [f64; 2] {
-    let size = Size { width: 64, height: 40 };
-    let settings = settings(size, Temporal::Shadows, ShadowEstimate::Ratio).changed(|s| {
-        (s.lgh.antilag, s.many_lights.shadow_samples) = (antilag, 4);
-        s.many_lights.vpls = 2000;
-    });
+    let settings = lamp_settings(antilag);
     let [left, right] = [-1.0, 1.0].map(lit_from);
     let lamps = UploadedScene::new(&test.gpu, &right).unwrap();
     let picture = |from: &Scene, turns: bool| {
@@ -205,7 +295,7 @@ fn lag(test: &GpuTest, antilag: Antilag, turns: bool) -> [f64; 2] {
                 given_up += share / 20.0;
             }
         }
-        (blocks(&run.radiance(), size), given_up)
+        (blocks(&run.radiance(), LAMP_SIZE), given_up)
     };
     let plain = Settings { lgh: LghSettings { antilag: Antilag::Off, ..settings.lgh.clone() }, ..settings.clone() };
     let mut run = Run::new(&test.gpu, if turns { &left } else { &right }, &plain);
@@ -215,7 +305,7 @@ fn lag(test: &GpuTest, antilag: Antilag, turns: bool) -> [f64; 2] {
         }
         run.next();
     }
-    let truth = blocks(&run.radiance(), size);
+    let truth = blocks(&run.radiance(), LAMP_SIZE);
     let (found, given_up) = picture(if turns { &left } else { &right }, turns);
     let apart: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
     [apart / truth.iter().sum::<f64>(), given_up]

@@ -177,6 +177,12 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         "Mean over the same frames of the unshadowed lighting; A is the mean of what the estimates are per unit of.",
     ),
     image(
+        "tile_sums",
+        "luminance",
+        RGBA,
+        "Sums over the pixels of each 8x8 tile that have a history: shadowed light of the frame, that of the history, what both are per unit of, and the latter over the number of frames in the history.",
+    ),
+    image(
         "temporal_tiles",
         "luminance per unit",
         RGBA,

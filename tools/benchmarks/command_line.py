@@ -97,6 +97,8 @@ def parser():
                          "software driver)")
     command.add_argument("--truth-samples", type=at_least(1), metavar="N", help="paths per pixel of each of the two truths "
                          "(default 1024, 64 on a software driver)")
+    command.add_argument("--sequence", action="append", choices=motion.SEQUENCES, help="one of the sequences; may be given more "
+                         "than once (default: all)")
     command = commands.choices["variants"]
     command.add_argument("--base", default="", metavar="ARGS", help="options of gridlight that all variants have")
     command.add_argument("--variant", action="append", default=[], metavar="NAME=[BINARY::]ARGS", help="twice or more; "

@@ -1,6 +1,7 @@
 """Six sequences of the built-in scene, in the way of the paper and in ours, beside path-traced truth: flicker, lag, the answer
 to a step, and the error of single frames."""
 import json
+import math
 import os
 import sys
 import tempfile
@@ -14,6 +15,10 @@ from .protocol import Program
 FPS = 24
 # Frame that the truth has together with the one before: every eighth.
 TRUE_PAIRS = 8
+# Frames after which the means of both ways are as long as they get.
+SETTLED = 24
+# How many times as many paths each frame of the truth has where there are few frames of it.
+STILL_SAMPLES = 8
 # Of each sequence: the animation; the frames at which the truth changes, where it stands still between; what happens.
 SEQUENCES = {
     "still": ("none", [0], "nothing moves"),
@@ -23,7 +28,7 @@ SEQUENCES = {
     "camera": ("camera", None, "the camera moves; what moves over edges counts as flicker"),
     "switch": ("switch", [0, FPS], "a lamp is switched on after a second"),
 }
-MEASURES = {"flicker": "flicker", "block_flicker": "of blocks", "lag_frames": "lag", "answer": "answer", "relmse": "relMSE",
+MEASURES = {"flicker": "flicker", "block_flicker": "of blocks", "settled": "settled", "lag_frames": "lag", "answer": "answer", "relmse": "relMSE",
             "flip": "FLIP", "energy_ratio": "energy", "frame_ms": "frame ms"}
 
 
@@ -60,7 +65,7 @@ def run(options):
     settle(options, protocol.is_software(timings))
     found = {}
     with tempfile.TemporaryDirectory() as place:
-        for name in SEQUENCES:
+        for name in options.sequence or SEQUENCES:
             folder = Path(place) / name
             folder.mkdir()
             truth(options, name, folder)
@@ -92,8 +97,9 @@ def truth(options, name, folder):
         for first in firsts:
             count = 2 if steps is None else 1
             seed = 2 * first + (1 if half == "truth" else 2)
+            samples = options.truth_samples if steps is None else options.truth_samples * STILL_SAMPLES // len(steps)
             options.program.run(
-                f"--technique path-trace --samples {options.truth_samples} --seed {seed} --size {options.size} "
+                f"--technique path-trace --samples {samples} --seed {seed} --size {options.size} "
                 f"--animation {animation} --time {first / FPS!r} --fps {FPS} --frames {count} {view(options, name)}",
                 "--output", folder / "part-{frame}.exr")
             last = first + count
@@ -117,7 +123,14 @@ def measure(options, name, folder, way, words):
                       str(folder / f"{way}-{{frame}}.exr"), "--second-truth", str(folder / "second-{frame}.exr"), "--quiet",
                       "--json", str(metrics)])
     found = json.loads(metrics.read_text())["metrics"]
-    return {"command": options.program.shown(arguments), "frame_ms": timings["frame_gpu_ms"]["median"], **found}
+    return {"command": options.program.shown(arguments), "frame_ms": timings["frame_gpu_ms"]["median"],
+            "settled": settled(found["frames"]), **found}
+
+
+def settled(frames):
+    """Flicker of blocks after the first frames; None where there is none."""
+    squares = [frame["block_flicker"] ** 2 for frame in frames if frame["frame"] > SETTLED and frame["block_flicker"] is not None]
+    return math.sqrt(sum(squares) / len(squares)) if squares else None
 
 
 def value_of(entry, key):
@@ -139,12 +152,12 @@ def series(found):
 def page(options, found, drawn):
     used = ways(options.program)
     lines = [f"{options.size}, {options.vpls} VPLs, {options.frames} frames at {FPS} a second; truth of twice "
-             f"{options.truth_samples} paths per pixel.", ""]
+             f"{options.truth_samples} paths per pixel, of `still` {STILL_SAMPLES} and of `switch` {STILL_SAMPLES // 2} times as many.", ""]
     if options.quick:
         lines += ["**A quick run: its numbers say nothing.**", ""]
     lines += [f"- `{way}`: `{words}`" for way, words in used.items()]
     lines += ["", "`gridlight compare-sequence` says what the measures are ([comparing.md](../../comparing.md)). Flicker is over "
-              "the mean luma; lag and answer are in frames.", ""]
+              f"the mean luma, and settled is that of blocks after frame {SETTLED}; lag and answer are in frames.", ""]
     rows = [[name, way, *(value_of(entry, key) for key in MEASURES)] for name in found for way, entry in found[name].items()]
     lines += table(["sequence", "way", *MEASURES.values()], rows, words=2)
     lines += [""] + [f"- `{name}`: {SEQUENCES[name][2]}." for name in found]

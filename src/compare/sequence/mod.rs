@@ -102,6 +102,8 @@ pub struct FrameMetrics {
     pub energy_ratio: Option<f64>,
     /// [`SequenceMetrics::flicker`] of this frame and the one before; `None` where that is not there.
     pub flicker: Option<f64>,
+    /// [`SequenceMetrics::block_flicker`] of the same two.
+    pub block_flicker: Option<f64>,
 }
 
 /// Takes the frames of a sequence in their order, and measures them.
@@ -178,9 +180,9 @@ impl SequenceMeter {
         let mean_luma = mean_luma(&self.frames);
         let relative = |value: Option<f64>| value.filter(|_| mean_luma > 0.0).map(|value| value / mean_luma);
         let pairs: Vec<_> = consecutive(&self.frames).collect();
-        let of_frame = |frame: &ShownFrame| {
+        let of_frame = |frame: &ShownFrame, side: usize| {
             let pair: Vec<_> = pairs.iter().filter(|(_, now)| now.frame == frame.frame).copied().collect();
-            relative(flicker(&pair, 1))
+            relative(flicker(&pair, side))
         };
         let count = self.pictures.len() as f64;
         let sum = |value: fn(&ImageMetrics) -> f64| self.pictures.iter().map(value).sum::<f64>();
@@ -191,7 +193,8 @@ impl SequenceMeter {
             relmse: picture.relmse,
             flip: picture.flip,
             energy_ratio: picture.energy_ratio,
-            flicker: of_frame(shown),
+            flicker: of_frame(shown, 1),
+            block_flicker: of_frame(shown, measures::BLOCK_PX),
         };
         Ok(SequenceMetrics {
             width_px: first.width_px,

@@ -71,15 +71,17 @@ fn answer(answer: &Answer) -> String {
 fn frames(metrics: &SequenceMetrics) -> String {
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
-    table.set_header(["frame", "relMSE", "FLIP", "energy ratio", "flicker"]);
+    table.set_header(["frame", "relMSE", "FLIP", "energy ratio", "flicker", "of blocks"]);
     for frame in &metrics.frames {
-        let flicker = frame.flicker.map_or_else(String::new, number);
+        let [flicker, of_blocks] =
+            [frame.flicker, frame.block_flicker].map(|value| value.map_or_else(String::new, number));
         table.add_row([
             Cell::new(frame.frame),
             right(undefined_or(frame.relmse)),
             right(number(frame.flip)),
             right(undefined_or(frame.energy_ratio)),
             right(flicker),
+            right(of_blocks),
         ]);
     }
     table.trim_fmt()

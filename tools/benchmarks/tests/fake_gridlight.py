@@ -17,7 +17,7 @@ if words[:1] == ["compare"]:
     sys.exit()
 if words[:1] == ["compare-sequence"]:
     answer = {"frame": 24, "frames": None if "paper" in words[2] else 1, "left": [0.5, 0.2]} if "switch" in words[1] else None
-    frames = [{"frame": 6, "relmse": 0.1, "flip": 0.2, "energy_ratio": 1.0, "flicker": None}]
+    frames = [{"frame": 6, "relmse": 0.1, "flip": 0.2, "energy_ratio": 1.0, "flicker": None, "block_flicker": None}]
     metrics = {"flicker": 0.02, "block_flicker": 0.01, "lag_frames": None, "answer": answer, "relmse": 0.1, "flip": 0.2,
                "energy_ratio": 1.0, "frames": frames}
     with open(options["--json"], "w", encoding="utf-8") as file:

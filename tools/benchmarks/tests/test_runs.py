@@ -126,10 +126,17 @@ class Runs(unittest.TestCase):
         folder = self.results / "fake-driver-1"
         results, text = json.loads((folder / "motion.json").read_text()), (folder / "motion.md").read_text()
         self.assertEqual(list(results["sequences"]), ["still", "sun", "object", "figure", "camera", "switch"])
-        self.assertIn("| still | ours | 0.0200 | 0.0100 |  |  | 0.1000 | 0.2000 | 1.0000 |", text)
-        self.assertIn("| switch | paper | 0.0200 | 0.0100 |  | > 1 |", text)
-        self.assertIn("| switch | ours | 0.0200 | 0.0100 |  | 1 |", text)
+        self.assertIn("| still | ours | 0.0200 | 0.0100 |  |  |  | 0.1000 | 0.2000 | 1.0000 |", text)
+        self.assertIn("| switch | paper | 0.0200 | 0.0100 |  |  | > 1 |", text)
+        self.assertIn("| switch | ours | 0.0200 | 0.0100 |  |  | 1 |", text)
         self.assertIn("--camera walk", results["sequences"]["camera"]["ours"]["command"])
+
+    def test_motion_of_some_sequences(self):
+        self.fails(bench(["motion", "--quick", "--sequence", "rest", *self.to]), 2, "invalid choice: 'rest'")
+        found = bench(["motion", "--quick", "--sequence", "switch", "--sequence", "still", *self.to])
+        self.assertEqual(found.returncode, 0, found.stderr)
+        results = json.loads((self.results / "fake-driver-1" / "motion.json").read_text())
+        self.assertEqual(list(results["sequences"]), ["switch", "still"])
 
     def test_motion_needs_frames_after_the_step(self):
         self.fails(bench(["motion", "--quick", "--frames", "20", *self.to]), 2, "--frames must be above 25")

@@ -9,12 +9,13 @@ use common::hierarchy::{Options, frame_shape, shape};
 use gridlight::frame;
 use gridlight::gpu::{Work, check_interfaces};
 use gridlight::graph::{Graph, plan};
+use gridlight::passes::half_picture::halved;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::present::{self, Part, WindowFormat};
 use gridlight::passes::{AreaLightShape, FrameShape, SurfaceMotion};
 use gridlight::settings::{
-    Antilag, CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter, ShadowPoints,
-    Temporal, View,
+    Antilag, CenterWeight, FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter,
+    ShadowPoints, Temporal, View,
 };
 use gridlight::techniques::brute_force::BruteForceShape;
 use gridlight::techniques::direct::Direct;
@@ -54,6 +55,8 @@ fn hierarchies() -> Vec<LghShape> {
             shape.filter = if interleave == 2 { ShadowFilter::None } else { ShadowFilter::Atrous };
             shape.shadow_points = if interleave == 4 { ShadowPoints::Deviation } else { ShadowPoints::Descent };
             let gathered = LghShape { lighting: LightingMode::Gather, reservoir: Reservoir::Exact, ..shape.clone() };
+            let picture_px = halved(gathered.picture_px);
+            shapes.push(LghShape { indirect_size: IndirectSize::Half, picture_px, ..gathered.clone() });
             shapes.push(gathered);
             for reservoir in [Reservoir::Race, Reservoir::Lock, Reservoir::Exact] {
                 shapes.push(LghShape { lighting: LightingMode::Volumes, reservoir, ..shape.clone() });

@@ -15,8 +15,8 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    Antilag, Coverage, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Selection, Settings,
-    ShadowEstimate, ShadowFilter, Size, Switch, Technique, Temporal, View,
+    Antilag, Coverage, IndirectSize, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Selection,
+    Settings, ShadowEstimate, ShadowFilter, Size, Switch, Technique, Temporal, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -200,7 +200,12 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
                 s.lgh.shadow_estimate = Some(*estimate);
             }));
         }
+        modes.push(small().changed(|s| {
+            s.lgh.indirect_size = IndirectSize::Half;
+            s.lgh.temporal = Some(temporal);
+        }));
     }
+    modes.push(small().changed(|s| s.lgh.indirect_size = IndirectSize::Half));
     for (build, filter, first_level) in
         [(LevelBuild::Gather, ShadowFilter::None, 0), (LevelBuild::Scatter, ShadowFilter::Atrous, 1)]
     {

@@ -14,6 +14,7 @@ use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, Trans
 use crate::error::Result;
 use crate::graph::{Barrier, Handle, ImageHandle, ImageLevel, MemoryBarrier, PlannedPass};
 use crate::scene::chunks::in_sight;
+use crate::settings::TextureFilter;
 use crate::shared::FrameData;
 
 /// Bytes that one command may write to a buffer.
@@ -358,7 +359,7 @@ fn record_draw(
             DrawCall::Indirect { buffer, offset_bytes } => {
                 device.cmd_draw_indirect(commands, frame.resources.buffer(buffer).0, offset_bytes, 1, 16);
             }
-            DrawCall::Scene => draw_scene(frame, commands, pipeline, frame_data),
+            DrawCall::Scene { textures } => draw_scene(frame, commands, pipeline, textures, frame_data),
         }
     }
 }
@@ -367,7 +368,13 @@ fn record_draw(
 ///
 /// # Safety
 /// Pipeline, sets 0 and 1 and dynamic state must be bound, inside a rendering scope.
-unsafe fn draw_scene(frame: &CompiledFrame, commands: vk::CommandBuffer, pipeline: &Pipeline, frame_data: &[u8]) {
+unsafe fn draw_scene(
+    frame: &CompiledFrame,
+    commands: vk::CommandBuffer,
+    pipeline: &Pipeline,
+    textures: TextureFilter,
+    frame_data: &[u8],
+) {
     let Some(scene) = frame.scene() else { return };
     let Ok(data) = bytemuck::try_pod_read_unaligned::<FrameData>(frame_data) else { return };
     let device = &frame.gpu.device;
@@ -378,7 +385,7 @@ unsafe fn draw_scene(frame: &CompiledFrame, commands: vk::CommandBuffer, pipelin
         device.cmd_bind_index_buffer(commands, scene.indices.raw, 0, vk::IndexType::UINT32);
         for draw in in_sight(&scene.chunks, &Mat4::from_cols_array_2d(&data.clip_from_world)) {
             if bound != Some(draw.material) {
-                let set = [scene.materials.sets[draw.material as usize]];
+                let set = [scene.material_set(draw.material, textures)];
                 let point = vk::PipelineBindPoint::GRAPHICS;
                 device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 2, &set, &[]);
                 push(frame, commands, pipeline, &[draw.material]);

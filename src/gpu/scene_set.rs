@@ -25,6 +25,7 @@ use crate::scene::octahedral::NO_TANGENT;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::sampling::{Filter, Sampling, Wrap};
 use crate::scene::upload::MipChain;
+use crate::settings::TextureFilter;
 use crate::shader::interface::BindingKind;
 use crate::shared::Emitter;
 
@@ -139,9 +140,13 @@ impl ScenePart {
     }
 }
 
+/// In the order of their numbers.
+const TEXTURE_FILTERS: [TextureFilter; 2] = [TextureFilter::Anisotropic, TextureFilter::Trilinear];
+
 /// The uploaded scene.
 pub struct SceneSet {
     pub(super) scene: Sets,
+    /// A set per material with each filter of [`TEXTURE_FILTERS`].
     pub(super) materials: Sets,
     pub(super) vertices: Buffer,
     tangents: Buffer,
@@ -207,6 +212,12 @@ impl Sampler {
 }
 
 impl SceneSet {
+    /// The textures of a material.
+    pub(super) fn material_set(&self, material: u32, filter: TextureFilter) -> vk::DescriptorSet {
+        let per_filter = self.materials.sets.len() / TEXTURE_FILTERS.len();
+        self.materials.sets[filter as usize * per_filter + material as usize]
+    }
+
     /// The part of the scene that a resource of this name is.
     pub(super) fn part(&self, name: &str) -> Option<Physical> {
         let buffer = |buffer: &Buffer| Physical::Buffer { raw: buffer.raw, size_bytes: buffer.size_bytes };
@@ -305,8 +316,9 @@ impl SceneSet {
         let environment = EnvironmentParts::new(gpu, data.environment)?;
         let samplings: BTreeSet<Sampling> = data.material_textures.iter().flatten().map(|(_, s)| *s).collect();
         let mut samplers = BTreeMap::new();
-        for sampling in samplings {
-            samplers.insert(sampling, Sampler::new(gpu, sampling, gpu.features().anisotropy)?);
+        for (sampling, filter) in samplings.into_iter().flat_map(|s| TEXTURE_FILTERS.map(|filter| (s, filter))) {
+            let anisotropy = gpu.features().anisotropy && filter == TextureFilter::Anisotropic;
+            samplers.insert((sampling, filter as usize), Sampler::new(gpu, sampling, anisotropy)?);
         }
         let plain_sampler = Sampler::new(gpu, Sampling::default(), false)?;
         let images = upload_textures(gpu, data)?;
@@ -332,18 +344,18 @@ impl SceneSet {
             vk::ShaderStageFlags::COMPUTE | vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
             &[contents],
         )?;
-        let per_material: Vec<_> = data
-            .material_textures
-            .iter()
-            .map(|textures| {
-                // Image 0 is the albedo array, 1 plain white, textures follow.
-                let texture = |(texture, sampling): &(Option<u32>, Sampling)| Bound::Texture {
-                    view: images[texture.map_or(1, |t| t as usize + 2)].view,
-                    sampler: samplers[sampling].raw,
-                };
-                vec![(0, texture(&textures[0])), (1, texture(&textures[1])), (2, texture(&textures[2]))]
-            })
-            .collect();
+        let of_material = |filter: TextureFilter, textures: &[(Option<u32>, Sampling); 3]| {
+            // Image 0 is the albedo array, 1 plain white, textures follow.
+            let texture = |(texture, sampling): &(Option<u32>, Sampling)| Bound::Texture {
+                view: images[texture.map_or(1, |t| t as usize + 2)].view,
+                sampler: samplers[&(*sampling, filter as usize)].raw,
+            };
+            vec![(0, texture(&textures[0])), (1, texture(&textures[1])), (2, texture(&textures[2]))]
+        };
+        let mut per_material = Vec::new();
+        for filter in TEXTURE_FILTERS {
+            per_material.extend(data.material_textures.iter().map(|textures| of_material(filter, textures)));
+        }
         let material_sets = Sets::new(gpu, "material", vk::ShaderStageFlags::FRAGMENT, &per_material)?;
         Ok(Self {
             scene,

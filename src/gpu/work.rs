@@ -3,6 +3,7 @@
 use ash::vk;
 
 use crate::graph::{BufferHandle, ImageHandle, ImageLevel};
+use crate::settings::TextureFilter;
 use crate::shared::DISPATCH_WIDTH;
 
 /// The work of one pass.
@@ -250,7 +251,10 @@ pub enum DrawCall {
     },
     /// What of the scene may be in sight of the [`FrameData`](crate::shared::FrameData) that the frame is given, with each
     /// material's textures in descriptor set 2.
-    Scene,
+    Scene {
+        /// How these are read.
+        textures: TextureFilter,
+    },
 }
 
 /// One transfer command.

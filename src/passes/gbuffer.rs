@@ -100,6 +100,6 @@ fn draw(frame: &Frame) -> RasterDraw {
             scene_vertices: true,
         },
         viewport: Viewport::whole(frame.shape.width_px, frame.shape.height_px),
-        call: DrawCall::Scene,
+        call: DrawCall::Scene { textures: frame.shape.texture_filter },
     }
 }

@@ -6,8 +6,8 @@ use super::light_shape::LightShape;
 use crate::light_grid::Levels;
 use crate::light_grid::anchor::GridAnchor;
 use crate::settings::{
-    Antilag, CenterWeight, FirstLevelBuild, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate, ShadowFilter,
-    ShadowPoints, Temporal,
+    Antilag, CenterWeight, FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate,
+    ShadowFilter, ShadowPoints, Temporal,
 };
 
 /// Sizes, capacities and modes of the hierarchy and of what is lit by it.
@@ -15,8 +15,10 @@ use crate::settings::{
 pub struct LghShape {
     /// The lights S0, and the reservoirs per pixel.
     pub lights: LightShape,
-    /// Width and height of the picture.
+    /// Width and height of the picture, or of the half one that indirect light is found for.
     pub picture_px: [u32; 2],
+    /// How many pixels indirect light is found for.
+    pub indirect_size: IndirectSize,
     /// Interleaved sampling: n x n sub-images.
     pub interleave: u32,
     /// Levels of the hierarchy.

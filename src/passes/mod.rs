@@ -19,6 +19,7 @@ pub mod exclusive_scan;
 pub mod first_level;
 pub mod gbuffer;
 pub mod grid_gather;
+pub mod half_picture;
 pub mod inspect;
 pub mod interleave;
 pub mod lgh_shape;
@@ -56,7 +57,7 @@ use self::scene::SceneParts;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass, PassId};
 use crate::job::Job;
-use crate::settings::{BackFaces, Rays, ShadowFilter, View};
+use crate::settings::{BackFaces, Rays, ShadowFilter, TextureFilter, View};
 use crate::shader::spirv;
 use crate::shared::FrameData;
 
@@ -77,6 +78,8 @@ pub struct FrameShape {
     pub has_emission: bool,
     /// The camera looks through backs of single-sided surfaces.
     pub culls_back_faces: bool,
+    /// How the camera sees textures.
+    pub texture_filter: TextureFilter,
     /// The picture is the mean of several frames.
     pub accumulate: bool,
     /// What traces rays.
@@ -122,6 +125,7 @@ impl FrameShape {
             emitters: lit_by(job.scene.emitter_count > 0),
             has_emission: job.scene.has_emission,
             culls_back_faces: settings.picture.back_faces == BackFaces::Cull,
+            texture_filter: settings.picture.texture_filter,
             width_px: settings.picture.size.width,
             height_px: settings.picture.size.height,
             direct: settings.render.direct.is_on(),
@@ -183,6 +187,17 @@ impl Frame {
     /// live from there on: large ones are better cleared by [`Self::clear_here`].
     pub fn clear(&mut self, buffers: &[(BufferHandle, u32)]) {
         add_fills(self.graph.pass_mut(self.setup), buffers);
+    }
+
+    /// The frame's constants once more, for passes to change.
+    fn copy_of_constants(&mut self, name: &str) -> BufferHandle {
+        let buffer = self.graph.transient_buffer(name, size_of::<FrameData>() as u64);
+        let setup = self.graph.pass_mut(self.setup);
+        setup.declare(buffer, Access::TransferWrite);
+        if let Work::Transfer(ops) = &mut setup.payload {
+            ops.push(TransferOp::FrameData { buffer });
+        }
+        buffer
     }
 
     /// Adds two chains of passes that do not depend on each other, and lays them side by side, so that they share barriers.

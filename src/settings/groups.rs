@@ -8,7 +8,8 @@ use super::group::{Validate, settings_group};
 use super::validate::{above_zero, at_least_one, has_extension, require};
 use super::values::name_or_index;
 use super::{
-    BackFaces, Exposure, PixelPlace, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, ToneMap, View,
+    BackFaces, Exposure, PixelPlace, PresentMode, Rays, RenderScale, Size, SunPlace, Switch, Technique, TextureFilter,
+    ToneMap, View,
 };
 use crate::Result;
 use crate::files::{FileKind, sequence};
@@ -76,6 +77,10 @@ settings_group! {
         /// Whether the camera sees the backs of single-sided surfaces; light meets them either way [default: keep]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "keep|cull")]
         pub back_faces: BackFaces = BackFaces::Keep,
+        /// Texture filter of what the camera sees: anisotropic, or trilinear, which blurs surfaces seen at a flat angle and is much
+        /// cheaper on a CPU driver [default: anisotropic, where the device has it]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "anisotropic|trilinear")]
+        pub texture_filter: TextureFilter = TextureFilter::Anisotropic,
     }
 }
 

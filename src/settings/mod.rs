@@ -35,10 +35,11 @@ pub use pbgi_values::{Coverage, Hemisphere, MicroFill, Selection};
 pub use pixel::PixelPlace;
 pub use scope::Scope;
 pub use sun::SunPlace;
-pub use techniques::{LghSettings, ManyLightSettings, PathTraceSettings, PbgiSettings};
+pub use techniques::{IndirectSize, LghSettings, ManyLightSettings, PathTraceSettings, PbgiSettings};
 pub use values::{
     BackFaces, CenterWeight, Exposure, FirstLevelBuild, LevelBuild, Levels, LightSet, LightingMode, Lobe, Rays,
-    Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, ToneMap, View, VplImportance, name,
+    Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, Size, Switch, Technique, TextureFilter, ToneMap, View,
+    VplImportance, name,
 };
 pub use window_values::{PresentMode, RenderScale};
 

@@ -1,10 +1,10 @@
 //! Settings for tests.
 
 use super::{
-    Antilag, BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, LevelBuild,
-    Levels, LightSet, LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir, Selection,
-    Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, Temporal, ToneMap, View,
-    VplImportance, VplSeeds,
+    Antilag, BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, IndirectSize,
+    LevelBuild, Levels, LightSet, LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir,
+    Selection, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, Temporal,
+    TextureFilter, ToneMap, View, VplImportance, VplSeeds,
 };
 
 /// Settings of which none is the default.
@@ -62,6 +62,7 @@ pub fn every_value_changed() -> Settings {
         s.lgh.temporal = Some(Temporal::Shadows);
         s.lgh.temporal_weight = 0.2;
         s.lgh.antilag = Antilag::Tiles;
+        s.lgh.indirect_size = IndirectSize::Half;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 50.5;
         s.tracing.seed = u32::MAX;
@@ -69,6 +70,7 @@ pub fn every_value_changed() -> Settings {
         s.picture.exposure_compensation = -1.5;
         s.picture.tone_map = ToneMap::Agx;
         s.picture.back_faces = BackFaces::Cull;
+        s.picture.texture_filter = TextureFilter::Trilinear;
         s.render.view = View::ShadowRatio;
         s.output.picture = Some("o.exr".into());
         s.output.timings = vec!["t.csv".into()];

@@ -81,6 +81,16 @@ pub enum BackFaces {
     Cull,
 }
 
+/// How textures are read where the camera sees them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum TextureFilter {
+    /// With up to eight samples along the direction in which a pixel is stretched.
+    Anisotropic,
+    /// With one, which blurs surfaces seen at a flat angle.
+    Trilinear,
+}
+
 /// Emission lobe of a grid light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

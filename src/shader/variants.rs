@@ -38,6 +38,7 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("emitter_light/sample_emitters.comp.glsl", RAYS),
     ("gbuffer/draw_scene.frag.glsl", SURFACES),
     ("gbuffer/draw_scene.vert.glsl", MOVING_VERTICES),
+    ("half_picture/pick_pixels.comp.glsl", WITH_MOTION),
     ("exclusive_scan/reduce_blocks.comp.glsl", SCANNED),
     ("exclusive_scan/scan_blocks.comp.glsl", SCANNED),
     ("light_gather/shade_tiles.comp.glsl", GATHERS),
@@ -98,6 +99,9 @@ const MOVING_VERTICES: &[VariantSpec] = &[
 
 /// The shadowed estimate alone, or both.
 const FILTERS: &[VariantSpec] = &[("", &[]), ("_both", &[("FILTERS_UNSHADOWED", "1")])];
+
+/// The surfaces alone, or with their motion.
+const WITH_MOTION: &[VariantSpec] = &[("", &[]), ("_motion", &[("FINDS_MOTION", "1")])];
 
 /// Histories of the shadow estimates, or of the lighting as well.
 const HISTORIES: &[VariantSpec] = &[("", &[]), ("_lighting", &[("KEEPS_LIGHTING", "1")])];

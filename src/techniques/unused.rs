@@ -15,6 +15,7 @@ const READERS: &[(&[&str], &[&str])] = &[
         &[
             "first-level",
             "interleave",
+            "indirect-size",
             "shadow-points",
             "shadow-estimate",
             "lighting",

@@ -1,15 +1,13 @@
 //! What is rendered while something moves, and what at rest: the settings in use, made cheaper in steps where the device needs
 //! that. `--render-scale F` renders the settings as they are, at that scale.
 
-use crate::settings::{RenderScale, Settings, ShadowPoints, Size, Switch, Technique, Temporal, View};
+use crate::settings::{IndirectSize, RenderScale, Settings, Size, Switch, Technique, Temporal, TextureFilter, View};
 use crate::techniques;
 
 /// While something moves pictures have no more lights than this, on a device that is too slow for those asked for.
-const MOVING_VPLS: u32 = 5_000;
+const MOVING_VPLS: u32 = 2_000;
 /// The same for points that stand for surfaces.
 const MOVING_POINTS: u32 = 16_384;
-/// Interleaving of such pictures.
-const MOVING_INTERLEAVE: u32 = 2;
 /// Frames whose mean a window at rest shows, unless more are asked for.
 pub const REST_FRAMES: u32 = 128;
 /// Shadow samples of each of them, and rays towards the environment. In the time of a frame with four there are two with one,
@@ -48,7 +46,7 @@ impl Quality {
 pub struct Rung {
     /// Edge of the picture as a fraction of the window's.
     pub scale: f32,
-    /// Fewer lights, one shadow sample, interleaving.
+    /// Fewer lights, one shadow sample, indirect light at a quarter of the pixels.
     pub is_cheap: bool,
 }
 
@@ -117,7 +115,7 @@ impl Plan {
         };
         let mut new = settings.clone();
         if let (Quality::Moving, Way::Adapts(Rung { is_cheap: true, .. })) = (quality, self.way) {
-            new = cheaper(new);
+            new = changed_if_valid(cheaper(new), |s| s.lgh.indirect_size = IndirectSize::Half);
         } else if let Way::Adapts(_) = self.way {
             new = for_mean(new);
         }
@@ -143,10 +141,7 @@ fn cheaper(settings: Settings) -> Settings {
         }
         s.many_lights.vpls = s.many_lights.vpls.min(MOVING_VPLS);
         s.many_lights.shadow_samples = s.many_lights.shadow_samples.min(1);
-        s.lgh.interleave = s.lgh.interleave.max(MOVING_INTERLEAVE);
-        if s.lgh.shadow_estimate.is_none() {
-            s.lgh.shadow_points = ShadowPoints::Deviation;
-        }
+        s.picture.texture_filter = TextureFilter::Trilinear;
         s.environment.samples = s.environment.samples.min(1);
         if s.render.technique == Technique::Pbgi {
             s.pbgi.points = s.pbgi.points.min(MOVING_POINTS);
@@ -242,8 +237,15 @@ mod tests {
         let moving = plan.settings(Quality::Moving, &Settings::default());
         assert_eq!(moving.picture.size, Size { width: 240, height: 135 });
         assert_eq!((moving.many_lights.vpls, moving.many_lights.shadow_samples), (MOVING_VPLS, 1));
-        assert_eq!((moving.lgh.interleave, moving.render.accumulate), (MOVING_INTERLEAVE, 1));
-        assert_eq!((moving.lgh.shadow_points, moving.lgh.temporal), (ShadowPoints::Deviation, Some(Temporal::Shadows)));
+        assert_eq!((moving.lgh.indirect_size, moving.render.accumulate), (IndirectSize::Half, 1));
+        assert_eq!(moving.lgh.temporal, Some(Temporal::Shadows));
+        assert_eq!(moving.picture.texture_filter, TextureFilter::Trilinear);
+        let of_view = Settings::default().changed(|s| s.render.view = View::ShadowRatio);
+        assert_eq!(
+            plan.settings(Quality::Moving, &of_view).lgh.indirect_size,
+            IndirectSize::Full,
+            "it is of every pixel"
+        );
         let asked = Settings::default().changed(|s| s.lgh.temporal = Some(Temporal::Off));
         assert_eq!(plan.settings(Quality::Moving, &asked).lgh.temporal, Some(Temporal::Off));
         let asked = Settings::default().changed(|s| s.lgh.temporal = Some(Temporal::Indirect));

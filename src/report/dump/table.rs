@@ -6,6 +6,8 @@ use crate::dump::{COUNT, DEPTH, Entry, RADIANCE, RGBA, all_words, buffer, image,
 use crate::techniques::Technique;
 
 const NORMALS: &[&str] = &["shading", "geometric"];
+/// The same in an image with two more channels.
+const HALF_NORMALS: &[&str] = &["shading", "geometric", "zero_b", "zero_a"];
 
 /// The resource of this name in frames of a technique.
 #[must_use]
@@ -47,6 +49,37 @@ pub const TABLE: &[Entry] = &[
         RADIANCE,
         RGBA,
         "Radiance of the visible surface itself: what it sends out, or its colour where it is unlit; only where something does.",
+    ),
+    buffer(
+        "half_frame_data",
+        "see docs/dumps.md",
+        contents::frame_data,
+        "The frame's constants where indirect light is found for every second pixel of every second row.",
+    ),
+    image(
+        "half_normals",
+        "two 16-bit snorm in a word",
+        HALF_NORMALS,
+        "Shading and geometric normal of every second pixel of every second row, octahedral, and twice 0.",
+    ),
+    image("half_depth", "near / view z", DEPTH, "Reversed depth of every second pixel of every second row."),
+    image(
+        "half_motion",
+        "half pixels; near / view z",
+        RGBA,
+        "Of the same pixels the offset to where the surface was in the frame before, in pixels that are twice as wide, and its reversed depth there.",
+    ),
+    image(
+        "half_indirect",
+        RADIANCE,
+        RGBA,
+        "Indirect light with its shadows, per unit albedo, of every second pixel of every second row; A is 1.",
+    ),
+    image(
+        "indirect_enlarged",
+        RADIANCE,
+        RGBA,
+        "The same of every pixel, from those around it that show the same surface; A is 1 where there is one.",
     ),
     buffer("scan_block_sums_*", COUNT, all_words, "Set bits of each block of words."),
     image(

@@ -11,7 +11,8 @@ use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
 use crate::passes::{AreaLightShape, FrameShape};
 use crate::settings::{
-    FirstLevelBuild, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
+    FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints,
+    View,
 };
 use crate::techniques::testing::{all_shapes, pbgi_shapes};
 
@@ -24,6 +25,7 @@ fn frame_shape() -> FrameShape {
         emitters: Some(AreaLightShape { samples: 4, is_filtered: true }),
         has_emission: true,
         culls_back_faces: false,
+        texture_filter: crate::settings::TextureFilter::Anisotropic,
         accumulate: true,
         rays: crate::settings::Rays::Bvh,
         view: View::Final,
@@ -52,6 +54,7 @@ fn lgh() -> LghShape {
         picture_px: [8, 8],
         interleave: 1,
         levels: Levels::new(4),
+        indirect_size: IndirectSize::Full,
         anchor: None,
         lobe: crate::settings::Lobe::Mixture,
         center: crate::settings::CenterWeight::Intensity,
@@ -88,6 +91,7 @@ fn every_resource_has_an_entry() {
             ..plain.clone()
         },
         LghShape { shadow_points: ShadowPoints::Deviation, ..plain.clone() },
+        LghShape { indirect_size: IndirectSize::Half, picture_px: [2, 2], ..plain.clone() },
         LghShape { lights: LightShape { shadow_samples: 0, ..LIGHTS }, interleave: 2, ..plain },
     ];
     for shape in shapes {

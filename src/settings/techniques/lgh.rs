@@ -1,5 +1,8 @@
 //! What the lighting grid hierarchy alone has settings for.
 
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
 use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{above_zero, require, within};
@@ -8,6 +11,16 @@ use crate::settings::{
     ShadowFilter, ShadowPoints, Temporal,
 };
 use crate::shared::{MAX_LEVEL, MIN_TOP_LEVEL};
+
+/// How many pixels indirect light is found for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndirectSize {
+    /// All.
+    Full,
+    /// Every second one of every second row.
+    Half,
+}
 
 settings_group! {
     /// The lighting grid hierarchy.
@@ -32,6 +45,10 @@ settings_group! {
         /// blurs indirect light [default: 1]
         #[arg(long, value_name = "1|2|4")]
         pub interleave: u32 = 1,
+        /// Pixels that indirect light is found for: all, or every second one of every second row, whose light the others take over
+        /// from those around them: more than twice as fast, and blurs indirect light [default: full]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "full|half")]
+        pub indirect_size: IndirectSize = IndirectSize::Full,
         /// Source of the coarse levels: the next finer level, the finest level, or all lights [default: cascade]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "cascade|gather|scatter")]
         pub build: LevelBuild = LevelBuild::Cascade,

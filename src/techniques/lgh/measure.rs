@@ -10,9 +10,9 @@ use crate::light_grid::anchor::GridAnchor;
 use crate::light_grid::choose_levels::{LevelChoice, choose_levels, light_bounds};
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_volumes::reservoir_bytes;
-use crate::passes::{descent, merge};
+use crate::passes::{descent, half_picture, merge};
 use crate::scene::Aabb;
-use crate::settings::{self, FirstLevelBuild, LevelBuild, LightingMode, Reservoir, Settings, VplSeeds};
+use crate::settings::{self, FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, Reservoir, Settings, VplSeeds};
 use crate::shared::{GridLight, MOMENT_WORDS};
 use crate::{Error, Result};
 
@@ -51,10 +51,13 @@ pub fn reservoir_mode(gpu: &Gpu, settings: &Settings) -> Result<Reservoir> {
 pub(super) fn base_shape(job: &Job<'_>) -> Result<LghShape> {
     let (gpu, settings) = (job.gpu, job.settings);
     let size = settings.picture.size;
+    let size_px = [size.width, size.height];
+    let indirect_size = settings.lgh.indirect_size;
     let rgba32f = gpu.features().blend_rgba32f;
     let shape = LghShape {
         lights: many_lights::base_shape(job),
-        picture_px: [size.width, size.height],
+        picture_px: if indirect_size == IndirectSize::Half { half_picture::halved(size_px) } else { size_px },
+        indirect_size,
         interleave: settings.lgh.interleave,
         levels: Levels::new(2),
         anchor: None,

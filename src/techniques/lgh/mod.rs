@@ -9,7 +9,7 @@ mod views;
 
 use serde_json::{Map, Value, json};
 
-use super::rules::require;
+use super::rules::{is_of_every_frame, require};
 use super::{Added, AddedView, Count, InspectorTable, Technique, TechniqueShape, many_lights};
 use crate::Result;
 use crate::dump::{Derived, DumpContext, Entry};
@@ -17,7 +17,9 @@ use crate::job::Job;
 use crate::passes::Frame;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
-use crate::settings::{Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Temporal, View, name};
+use crate::settings::{
+    IndirectSize, LightingMode, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Temporal, View, name,
+};
 use crate::shared::{FrameData, InspectedPixel};
 use crate::uploaded_scene::UploadedScene;
 
@@ -57,6 +59,9 @@ impl Technique for Lgh {
         }
         if let Some(temporal) = settings.lgh.temporal.filter(|temporal| *temporal != Temporal::Off) {
             check_temporal(settings, &name(&temporal))?;
+        }
+        if settings.lgh.indirect_size == IndirectSize::Half {
+            check_half(settings)?;
         }
         let (estimate, points) = (settings.lgh.shadow_estimate_or_default(), settings.lgh.shadow_points);
         require(estimate == ShadowEstimate::Ratio || points == ShadowPoints::Descent, || {
@@ -119,6 +124,25 @@ pub(super) fn measured_shape(job: &Job<'_>, known: Option<&LghShape>) -> Result<
         measure::check_shadow_levels(job, &shape)?;
     }
     Ok(shape)
+}
+
+/// Checks that only the finished picture is asked for, and that lights are found in the one way that goes by the frame's
+/// constants alone.
+fn check_half(settings: &Settings) -> Result<()> {
+    let view = settings.render.view;
+    let is_of_frame = view == View::Final || is_of_every_frame(view) || view == View::Vpls;
+    require(is_of_frame, || format!("--view {} is of every pixel: leave --indirect-size half out", name(&view)))?;
+    let lgh = &settings.lgh;
+    let draws_volumes =
+        lgh.lighting == Some(LightingMode::Volumes) || matches!(lgh.reservoir, Some(Reservoir::Race | Reservoir::Lock));
+    require(!draws_volumes, || {
+        "--indirect-size half gathers lights: leave it out, or choose --lighting gather and --reservoir exact"
+            .to_owned()
+    })?;
+    require(settings.output.inspect.is_none(), || {
+        "--inspect tells of the light at one pixel, and --indirect-size half leaves most pixels out: leave one of them out"
+            .to_owned()
+    })
 }
 
 /// Checks that there is something that frames can take over from those before.

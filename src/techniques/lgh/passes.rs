@@ -15,10 +15,10 @@ use crate::passes::merge::MergedLights;
 use crate::passes::shadow_rays::{Samples, ShadowEstimates};
 use crate::passes::temporal::{Light, Reuse};
 use crate::passes::{
-    Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, inspect, interleave,
-    light_buckets, light_gather, light_volumes, merge, shadow_rays, temporal,
+    Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, half_picture, inspect,
+    interleave, light_buckets, light_gather, light_volumes, merge, shadow_rays, temporal,
 };
-use crate::settings::{FirstLevelBuild, LevelBuild, LightingMode, ShadowFilter, ShadowPoints, Temporal};
+use crate::settings::{FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, ShadowFilter, ShadowPoints, Temporal};
 
 /// Buffers of the hierarchy that outlive the frame.
 #[derive(Clone, Copy, Debug)]
@@ -49,17 +49,35 @@ impl HierarchyOutputs {
 /// All passes of a finished picture.
 pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Added {
     let mut hierarchy = add_hierarchy(frame, shape, shape.lights.shadow_samples > 0);
-    let lit = add_lighting(frame, shape, gbuffer, &mut hierarchy);
-    let filtered = lit.lighting.reservoirs.map(|_| {
-        let estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
-        filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::ForPicture)
-    });
-    let lighting = filtered.map_or(lit.composite.lighting, |light| light.lighting);
-    let indirect = Indirect { lighting, shadows: filtered.map(|light| light.estimates), has_share: false };
-    let (samples, shape_seen) = (samples(&hierarchy, &lit), shape.clone());
+    if shape.indirect_size == IndirectSize::Half {
+        let (whole, half) = half_picture::shrink(frame, gbuffer);
+        let (indirect, _) = add_indirect(frame, shape, &half, &mut hierarchy);
+        let lighting = half_picture::enlarge(frame, whole, gbuffer, &half, &indirect);
+        let indirect = Indirect { lighting, shadows: None, has_share: false };
+        return Added { indirect: Some(indirect), outputs: hierarchy.outputs(shape), inspect: None };
+    }
+    let (indirect, samples) = add_indirect(frame, shape, gbuffer, &mut hierarchy);
+    let shape_seen = shape.clone();
     let inspect: InspectPass =
         Box::new(move |frame, gbuffer, seen| inspect::add_with_lights(frame, &shape_seen, gbuffer, seen, &samples));
     Added { indirect: Some(indirect), outputs: hierarchy.outputs(shape), inspect: Some(inspect) }
+}
+
+/// The lighting with its shadows, and the samples that these are of.
+fn add_indirect(
+    frame: &mut Frame,
+    shape: &LghShape,
+    gbuffer: &GBuffer,
+    hierarchy: &mut HierarchyOutputs,
+) -> (Indirect, Samples) {
+    let lit = add_lighting(frame, shape, gbuffer, hierarchy);
+    let filtered = lit.lighting.reservoirs.map(|_| {
+        let estimates = trace_shadows(frame, shape, gbuffer, hierarchy, &lit);
+        filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::ForPicture)
+    });
+    let lighting = filtered.map_or(lit.composite.lighting, |light| light.lighting);
+    let shadows = filtered.map(|light| light.estimates);
+    (Indirect { lighting, shadows, has_share: false }, samples(hierarchy, &lit))
 }
 
 /// The hierarchy alone, over lights that the caller writes to the S0 buffers: how the stages are tested.

@@ -24,11 +24,11 @@ fn complains(run: &Run, code: i32, word: &str) {
     assert!(run.stderr.contains(word), "no `{word}` in {}", run.stderr);
 }
 
-/// The program under a limit of so many blocks of 512 or 1,024 bytes for each file that it writes.
-fn limited(blocks: u32) -> Command {
+/// The program by way of another command.
+fn through(outer: &str, args: &[&str]) -> Command {
     let whole = program();
-    let mut command = Command::new("sh");
-    command.args(["-c", &format!("ulimit -f {blocks}; exec \"$0\" \"$@\"")]).arg(whole.get_program());
+    let mut command = Command::new(outer);
+    command.args(args).arg(whole.get_program());
     for (name, value) in whole.get_envs() {
         match value {
             Some(value) => command.env(name, value),
@@ -36,6 +36,11 @@ fn limited(blocks: u32) -> Command {
         };
     }
     command
+}
+
+/// The program under a limit of so many blocks of 512 or 1,024 bytes for each file that it writes.
+fn limited(blocks: u32) -> Command {
+    through("sh", &["-c", &format!("ulimit -f {blocks}; exec \"$0\" \"$@\"")])
 }
 
 #[test]
@@ -47,10 +52,47 @@ fn a_limit_of_size_leaves_nothing_half_written() {
     small(&mut command).arg("--output").arg(&out);
     complains(&run(command), 1, "a.exr: cannot be written");
     assert_eq!((names(folder.path()), std::fs::read(&out).unwrap()), (vec!["a.exr".to_owned()], b"old".to_vec()));
-    let mut command = limited(4);
-    small(&mut command).arg("--dump").arg(folder.path().join("dump"));
-    complains(&run(command), 1, "cannot be written");
-    assert_eq!(names(folder.path()), ["a.exr"]);
+    // Of the files of a dump, a few arrays and each picture fit or do not.
+    for blocks in [0, 1, 4, 16, 64] {
+        let mut command = limited(blocks);
+        small(&mut command).arg("--dump").arg(folder.path().join("dump"));
+        is_about_dump(&run(command), folder.path());
+        assert_eq!(names(folder.path()), ["a.exr"], "{blocks} blocks");
+    }
+}
+
+/// A dump that cannot be written is named as it was asked for, not as the temporary folder.
+fn is_about_dump(run: &Run, folder: &Path) {
+    complains(run, 1, &format!("error: {}", folder.join("dump").display()));
+    assert!(run.stderr.contains("cannot be written") && !run.stderr.contains(".gridlight-"), "{}", run.stderr);
+}
+
+/// File systems of a few sizes, of which none holds the dump.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_nothing_of_a_dump() {
+    let folder = tempfile::tempdir().unwrap();
+    for size_kib in [8, 64, 256, 700] {
+        // Mounted for this process alone, where users may do that.
+        let mount = format!("mount -t tmpfs -o size={size_kib}k none . && cd \"$PWD\" && touch mounted || exit 99");
+        let script = format!("{mount}; \"$0\" \"$@\"; code=$?; ls -A >&3; exit $code");
+        let list = folder.path().with_extension("list");
+        let script = format!("exec 3>'{}'; {script}", list.display());
+        let mut command = through("unshare", &["--map-root-user", "--mount", "sh", "-c", &script]);
+        command.current_dir(folder.path());
+        let run = run({
+            small(&mut command).arg("--dump").arg(folder.path().join("dump"));
+            command
+        });
+        let left = std::fs::read_to_string(&list).unwrap_or_default();
+        let _ = std::fs::remove_file(&list);
+        if !left.starts_with("mounted") {
+            println!("skipped: no file system can be mounted here: {}", run.stderr);
+            return;
+        }
+        is_about_dump(&run, folder.path());
+        assert_eq!(left, "mounted\n", "{size_kib} KiB");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::images::Picture;
-use super::manifest::FileEntry;
+use super::manifest::{FileEntry, Manifest};
 use crate::dump::Array;
 use crate::{Error, Result};
 
@@ -95,7 +95,7 @@ impl DumpFolder {
     /// # Errors
     /// [`Error::File`] when that fails.
     pub fn add_array(&mut self, entry: FileEntry, array: &Array) -> Result<()> {
-        array.write(&self.place(&entry)?)?;
+        self.place(&entry).and_then(|path| array.write(&path)).map_err(|error| self.about_target(error))?;
         self.files.push(entry);
         Ok(())
     }
@@ -105,15 +105,35 @@ impl DumpFolder {
     /// # Errors
     /// [`Error::File`] when that fails.
     pub fn add_picture(&mut self, entry: FileEntry, picture: &Picture) -> Result<()> {
-        picture.write(&self.place(&entry)?)?;
+        self.place(&entry).and_then(|path| picture.write(&path)).map_err(|error| self.about_target(error))?;
         self.files.push(entry);
         Ok(())
+    }
+
+    /// Writes what tells of all files.
+    ///
+    /// # Errors
+    /// [`Error::File`] when that fails.
+    pub fn add_manifest(&mut self, manifest: &Manifest) -> Result<()> {
+        manifest.write(self.path()).map_err(|error| self.about_target(error))
+    }
+
+    /// An error under the name that people know: of the temporary folder there will be nothing left to look at.
+    fn about_target(&self, error: Error) -> Error {
+        match error {
+            Error::File { path, reason } => {
+                let path = path.strip_prefix(self.path()).map_or_else(|_| path.clone(), |file| self.target.join(file));
+                Error::File { path, reason }
+            }
+            other => other,
+        }
     }
 
     fn place(&self, entry: &FileEntry) -> Result<PathBuf> {
         let path = self.path().join(&entry.file);
         if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|error| Error::file(folder, error))?;
+            std::fs::create_dir_all(folder)
+                .map_err(|error| Error::file(folder, format!("cannot be written: {error}")))?;
         }
         Ok(path)
     }

@@ -1,6 +1,7 @@
 //! Images of the frame as OpenEXR: uncompressed scan lines, so that a reader of a page suffices.
 
-use std::io::BufReader;
+use std::fmt::Display;
+use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use ash::vk;
@@ -67,11 +68,10 @@ impl Picture {
             Encoding::UNCOMPRESSED,
             AnyChannels::sort(channels),
         );
-        Image::from_layer(layer)
-            .write()
-            .non_parallel()
-            .to_file(path)
-            .map_err(|error| Error::file(path, format!("cannot be written: {error}")))
+        let unwritable = |reason: &dyn Display| Error::file(path, format!("cannot be written: {reason}"));
+        let mut bytes = Cursor::new(Vec::new());
+        Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).map_err(|error| unwritable(&error))?;
+        std::fs::write(path, bytes.get_ref()).map_err(|error| unwritable(&error))
     }
 
     fn channel(&self, name: &str, bytes: &[u8]) -> AnyChannel<FlatSamples> {

@@ -68,7 +68,7 @@ pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
         frame.add_pass(index, graph.resources(), &written)?;
         frame.add_derived(index, graph.resources(), &written, sources.renderer.frame_data())
     })?;
-    Manifest {
+    let manifest = Manifest {
         schema: SCHEMA.to_owned(),
         program: value(Program::this())?,
         device: value(Device::of(sources.gpu.report()))?,
@@ -78,8 +78,8 @@ pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
         frame: frame_constants(sources.renderer.frame_data()),
         passes: sources.renderer.pass_names(),
         files: folder.files().to_vec(),
-    }
-    .write(folder.path())
+    };
+    folder.add_manifest(&manifest)
 }
 
 fn value(part: impl serde::Serialize) -> Result<Value> {

@@ -22,9 +22,10 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use log::LevelFilter;
+use log::{Level, LevelFilter};
 
 use crate::cli::{self, Command, Verbosity};
+use crate::error::shortened;
 use crate::files::guard::hide_guarded_panics;
 use crate::settings::Settings;
 use crate::{Error, Result, interrupt};
@@ -134,6 +135,10 @@ fn start_log(verbosity: Verbosity) {
         .format(|line, record| {
             let level = record.level().as_str().to_lowercase();
             match record.target() {
+                // Warnings quote files; errors are short by themselves, and what the validation layers say stays whole.
+                own if own.starts_with("gridlight") && record.level() == Level::Warn => {
+                    writeln!(line, "{level}: {}", one_line(&shortened(&record.args().to_string())))
+                }
                 own if own.starts_with("gridlight") => writeln!(line, "{level}: {}", record.args()),
                 library => writeln!(line, "{level} ({library}): {}", record.args()),
             }

@@ -6,6 +6,7 @@ use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::Args;
+use crate::error::short_word;
 
 /// How alike a word is to the name of a command that was meant, at least.
 const ALIKE: f64 = 0.8;
@@ -50,7 +51,11 @@ pub(super) fn sentence_about(error: &clap::Error, args: &[OsString]) -> String {
 
 /// The same where nothing but the message is known.
 pub(super) fn sentence(error: &clap::Error) -> String {
-    let text = error.to_string();
+    // Some sentences of clap quote a value twice and the option in between.
+    let text = error.context().fold(error.to_string(), |text, (_, value)| match value {
+        ContextValue::String(value) if !value.is_empty() => text.replace(value.as_str(), &short_word(value)),
+        _ => text,
+    });
     let text = text.split("Usage:").next().unwrap_or(&text);
     let text = text.split("For more information").next().unwrap_or(text);
     let words: Vec<_> = text.trim_start_matches("error:").split_whitespace().collect();

@@ -13,7 +13,7 @@ use draco_core::{DataType, DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDec
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::gltf_buffers::{Document, shorten};
+use super::gltf_buffers::Document;
 use crate::files::guard::{could_hold, guarded};
 use crate::{Error, Result};
 
@@ -129,7 +129,7 @@ fn decode(stream: &[u8], limits: DecodeLimits) -> std::result::Result<Mesh, Stri
             "its data hold more than its accessors announce".to_owned()
         }
         _ if error.message().is_empty() => "its data are damaged".to_owned(),
-        _ => format!("its data are damaged ({})", shorten(error.message())),
+        _ => format!("its data are damaged ({})", error.message()),
     })?;
     Ok(mesh)
 }

@@ -10,7 +10,7 @@ use meshoptimizer_rs::{Error as Fault, Limits, Workspace};
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::gltf_buffers::{Document, shorten};
+use super::gltf_buffers::Document;
 use crate::Result;
 use crate::files::guard::guarded;
 
@@ -114,7 +114,7 @@ impl Source {
     /// How `view` is compressed, or what is wrong with that.
     fn layout(&self, view: &buffer::View) -> std::result::Result<Layout, String> {
         let (count, stride) = (self.count, self.byte_stride);
-        let mode = Mode::parse(&self.mode).map_err(|_| format!("the mode `{}` is unknown", shorten(&self.mode)))?;
+        let mode = Mode::parse(&self.mode).map_err(|_| format!("the mode `{}` is unknown", self.mode))?;
         let is_fit = match mode {
             Mode::Attributes => (4..=256).contains(&stride) && stride % 4 == 0,
             Mode::Triangles | Mode::Indices => stride == 2 || stride == 4,
@@ -132,7 +132,7 @@ impl Source {
             "QUATERNION" => (Some(codec::decode_filter_quat), &[8]),
             "EXPONENTIAL" => (Some(codec::decode_filter_exp), &[]),
             "COLOR" => (Some(codec::decode_filter_color), &[4, 8]),
-            _ => return Err(format!("the filter `{}` is unknown", shorten(name))),
+            _ => return Err(format!("the filter `{name}` is unknown")),
         };
         if filter.is_some() && mode != Mode::Attributes {
             return Err(format!("the filter {name} is not for {}", self.mode));

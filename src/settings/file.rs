@@ -8,7 +8,6 @@ use serde::de::{DeserializeSeed, Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::Settings;
-use crate::error::shortened;
 use crate::files::read_text;
 use crate::{Error, Result};
 
@@ -76,7 +75,7 @@ fn from_json(base: Settings, path: &Path, text: &str) -> Result<Settings> {
 
 fn bad_setting(path: &Path, line: Option<usize>, message: &str) -> Error {
     let place = line.map_or(String::new(), |line| format!(", line {line}"));
-    Error::Usage(format!("settings file {}{place}: {}", path.display(), shortened(one_line(message))))
+    Error::Usage(format!("settings file {}{place}: {}", path.display(), one_line(message)))
 }
 
 pub(super) fn one_line(message: &str) -> String {

@@ -8,7 +8,6 @@ use winit::keyboard::KeyCode;
 
 use super::action::Action;
 use super::keys;
-use crate::error::shortened;
 use crate::files::read_text;
 use crate::settings::Size;
 use crate::{Error, Result};
@@ -35,9 +34,8 @@ impl Script {
     /// [`Error::File`] when the file cannot be read, [`Error::Usage`] with file and line when a line is wrong.
     pub fn read(path: &Path) -> Result<Self> {
         let text = read_text(path).map_err(|error| Error::file(path, format!("cannot read the script: {error}")))?;
-        Self::parse(&text).map_err(|(line, what)| {
-            Error::Usage(format!("script {}, line {line}: {}", path.display(), shortened(what)))
-        })
+        Self::parse(&text)
+            .map_err(|(line, what)| Error::Usage(format!("script {}, line {line}: {}", path.display(), what)))
     }
 
     fn parse(text: &str) -> std::result::Result<Self, (usize, String)> {

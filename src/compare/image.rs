@@ -89,6 +89,25 @@ mod tests {
     }
 
     #[test]
+    fn png_of_every_format_is_the_same_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let grey = |x: u32, y: u32| (50 * x + 20 * y) as u8;
+        image::RgbImage::from_fn(4, 3, |x, y| image::Rgb([grey(x, y); 3])).save(path("rgb.png")).unwrap();
+        image::GrayImage::from_fn(4, 3, |x, y| image::Luma([grey(x, y)])).save(path("grey.png")).unwrap();
+        let sixteen = |x, y| 257 * u16::from(grey(x, y));
+        let with_alpha = |x, y| image::LumaA([sixteen(x, y), 9000]);
+        image::ImageBuffer::from_fn(4, 3, with_alpha).save(path("grey-alpha-16.png")).unwrap();
+        let with_alpha = |x, y| image::Rgba([sixteen(x, y), sixteen(x, y), sixteen(x, y), 0]);
+        image::ImageBuffer::from_fn(4, 3, with_alpha).save(path("rgba-16.png")).unwrap();
+        let plain = Image::read(&path("rgb.png")).unwrap();
+        assert!(plain.pixels()[0] == [0.0; 3] && plain.pixels()[11][0] > 0.4, "{plain:?}");
+        for name in ["grey.png", "grey-alpha-16.png", "rgba-16.png"] {
+            assert_eq!(Image::read(&path(name)).unwrap(), plain, "{name}");
+        }
+    }
+
+    #[test]
     fn wrong_lengths_and_names_are_errors() {
         assert!(Image::new(2, 1, vec![0.0; 5]).is_err());
         assert!(Image::new(0, 1, Vec::new()).is_err());

@@ -237,6 +237,10 @@ mod tests;
 mod robustness;
 
 #[cfg(test)]
+#[path = "gltf_case_tests.rs"]
+mod case_tests;
+
+#[cfg(test)]
 #[path = "gltf_extension_tests.rs"]
 mod extension_tests;
 

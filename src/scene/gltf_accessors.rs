@@ -104,6 +104,19 @@ impl Document<'_> {
         Ok(unsigned(packed.component, &packed.bytes))
     }
 
+    /// The largest index of an accessor's type, at which OpenGL and Vulkan begin another strip or fan.
+    pub fn restart_index(&self, index: Index<Accessor>) -> Option<u32> {
+        match self.root.accessors.get(index.value())?.component_type {
+            Checked::Valid(component) => match component.0 {
+                ComponentType::U8 => Some(u8::MAX.into()),
+                ComponentType::U16 => Some(u16::MAX.into()),
+                ComponentType::U32 => Some(u32::MAX),
+                _ => None,
+            },
+            Checked::Invalid => None,
+        }
+    }
+
     /// The accessor with this index.
     pub fn accessor(&self, index: Index<Accessor>) -> Result<&Accessor> {
         let i = index.value();

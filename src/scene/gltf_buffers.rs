@@ -159,14 +159,15 @@ impl<'a> Document<'a> {
 
     fn read_buffer(&self, i: usize, chunk: Option<&'a [u8]>) -> Result<Cow<'a, [u8]>> {
         let buffer = &self.root.buffers[i];
-        let data = match (&buffer.uri, chunk) {
+        let uri = buffer.uri.as_ref().filter(|uri| !uri.is_empty());
+        let data = match (uri, chunk) {
             (Some(uri), _) => Cow::Owned(self.fetch(&format!("buffer {i}"), uri)?),
             (None, Some(chunk)) if i == 0 => Cow::Borrowed(chunk),
             (None, _) => return Err(self.error(format_args!("buffer {i} has no uri and the file no chunk for it"))),
         };
         let announced = buffer.byte_length.0;
         if (data.len() as u64) < announced {
-            let (name, len) = (buffer.uri.as_deref().map_or("the binary chunk", shorten), data.len());
+            let (name, len) = (buffer.uri.as_deref().map_or("the binary chunk", name_of), data.len());
             return Err(self
                 .error(format_args!("buffer {i} ({name}) is truncated: {announced} bytes announced, {len} present")));
         }
@@ -175,10 +176,10 @@ impl<'a> Document<'a> {
 
     /// The bytes a URI stands for: a data URI or a file beside the glTF.
     pub fn fetch(&self, what: &str, uri: &str) -> Result<Vec<u8>> {
-        if let Some(data) = uri.strip_prefix("data:") {
+        if let Some(data) = gltf_files::data_of(uri) {
             return decode_data_uri(data).map_err(|why| self.error(format_args!("the data URI of {what} {why}")));
         }
-        let name = shorten(uri);
+        let name = name_of(uri);
         if gltf_files::is_remote(uri) {
             return Err(self.error(format_args!("{what} is at `{name}`: only files and data URIs can be read")));
         }
@@ -255,20 +256,25 @@ impl<'a> Document<'a> {
     }
 }
 
-/// A URI short enough for an error message.
-pub(super) fn shorten(uri: &str) -> &str {
-    if uri.starts_with("data:") {
-        return "a data URI";
-    }
-    let end = uri.char_indices().nth(200).map_or(uri.len(), |(i, _)| i);
-    &uri[..end]
+/// What messages call a file by its URI.
+fn name_of(uri: &str) -> &str {
+    if gltf_files::data_of(uri).is_some() { "a data URI" } else { uri }
 }
 
 fn decode_data_uri(data: &str) -> std::result::Result<Vec<u8>, String> {
     let (head, body) = data.split_once(',').ok_or("has no comma")?;
-    let body: Vec<u8> = percent_encoding::percent_decode_str(body).collect();
-    if !head.ends_with(";base64") {
+    let mut body: Vec<u8> = percent_encoding::percent_decode_str(body).collect();
+    if !head.to_ascii_lowercase().ends_with(";base64") {
         return Ok(body);
+    }
+    // Lines and the alphabet of URLs, as browsers have them.
+    body.retain(|byte| !byte.is_ascii_whitespace());
+    for byte in &mut body {
+        *byte = match *byte {
+            b'-' => b'+',
+            b'_' => b'/',
+            other => other,
+        };
     }
     let config = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
     GeneralPurpose::new(&base64::alphabet::STANDARD, config).decode(body).map_err(|e| format!("is not base64: {e}"))
@@ -283,13 +289,9 @@ mod tests {
         assert_eq!(decode_data_uri("application/octet-stream;base64,AAEC").unwrap(), [0, 1, 2]);
         assert_eq!(decode_data_uri(";base64,AAE").unwrap(), [0, 1], "padding is optional");
         assert_eq!(decode_data_uri(",a%20b").unwrap(), b"a b");
+        assert_eq!(decode_data_uri("a/b;charset=utf-8;BASE64, AA\r\nEC%0A").unwrap(), [0, 1, 2], "lines");
+        assert_eq!(decode_data_uri(";base64,-_-_").unwrap(), decode_data_uri(";base64,+/%2B%2F").unwrap());
         assert!(decode_data_uri(";base64,!").is_err());
         assert!(decode_data_uri("nothing").is_err());
-    }
-
-    #[test]
-    fn long_names_are_cut_between_characters() {
-        assert_eq!(shorten("data:xyz"), "a data URI");
-        assert_eq!(shorten(&"é".repeat(300)).chars().count(), 200);
     }
 }

@@ -12,6 +12,12 @@ pub(super) struct Named {
     pub faults: Vec<&'static str>,
 }
 
+/// What follows the scheme of a data URI.
+pub(super) fn data_of(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_at_checked(5)?;
+    scheme.eq_ignore_ascii_case("data:").then_some(data)
+}
+
 /// Whether a URI names something that is no file.
 pub(super) fn is_remote(uri: &str) -> bool {
     uri.contains("://") && !has_file_scheme(uri)
@@ -55,7 +61,11 @@ pub(super) fn find(base: &Path, uri: &str) -> Named {
 
 /// A name without a scheme, a drive, backslashes and a query, with what of these it had.
 fn mend(name: &str) -> (Cow<'_, str>, Vec<&'static str>) {
-    let (mut text, mut faults) = (Cow::Borrowed(name), Vec::new());
+    let (mut text, mut faults) = (Cow::Borrowed(name.trim()), Vec::new());
+    if text.len() < name.len() {
+        faults.push("spaces around names of files");
+    }
+    let name = name.trim();
     if has_file_scheme(name) {
         let path = name[5..].trim_start_matches("//localhost/").trim_start_matches("//");
         text = Cow::Borrowed(path);
@@ -125,6 +135,7 @@ mod tests {
             ("C:\\me\\Textures\\a b.PNG", "Textures/a b.PNG", &["backslashes in names of files", elsewhere]),
             ("file:///C:/me/plain.bin", "plain.bin", &["file: URIs", elsewhere]),
             ("FILE:plain.bin", "plain.bin", &["file: URIs"]),
+            (" plain.bin\n", "plain.bin", &["spaces around names of files"]),
             ("plain.bin?v=3", "plain.bin", &["queries behind names of files"]),
             ("there/plain.bin", "plain.bin", &[elsewhere]),
         ] {

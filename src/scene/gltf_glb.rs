@@ -23,6 +23,8 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Parts<'a>> {
     let mut parts = Parts::default();
     if bytes.starts_with(b"glTF") {
         parts.read_chunks(bytes).map_err(|reason| Error::file(path, reason))?;
+    } else if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(Error::file(path, "its JSON is in UTF-16, and glTF is in UTF-8"));
     } else {
         parts.text = bytes;
     }
@@ -109,6 +111,8 @@ mod tests {
         let found = parts(&glb);
         assert_eq!((found.text, found.chunk, found.faults.len()), (&b"{}"[..], Some(&[1, 2, 3, 0][..]), 0));
         assert_eq!(parts(b"\xef\xbb\xbf{ }\r\n ").text, b"{ }");
+        let wide = split(Path::new("x.gltf"), b"\xff\xfe{\0}\0").err().unwrap().to_string();
+        assert_eq!(wide, "x.gltf: its JSON is in UTF-16, and glTF is in UTF-8");
         let broken = split(Path::new("x.glb"), &glb[..20]).err().unwrap().to_string();
         assert_eq!(broken, "x.glb: the GLB is truncated: a JSON of 4 bytes announced, 0 present");
     }

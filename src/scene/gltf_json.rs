@@ -1,5 +1,6 @@
 //! The JSON of a glTF: what it says of itself first, then the whole of it.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use ::gltf::json::Root;
@@ -20,12 +21,13 @@ struct Head {
     animations: Option<Value>,
 }
 
-/// Parses the JSON text, without byte order mark and padding. A wrong version and a required extension that is not read are
+/// Parses the JSON text, without byte order mark and padding. A key whose value is `null` counts as left out. A wrong version and a required extension that is not read are
 /// found before anything else. Pointers of animations, which the types of the `gltf` crate lack, come beside it.
 ///
 /// # Errors
 /// [`Error::File`] in one sentence.
 pub(super) fn parse(path: &Path, text: &[u8]) -> Result<(Root, Pointers)> {
+    let text = &without_nulls(text);
     let broken = |reason: &dyn std::fmt::Display| Error::file(path, format_args!("the glTF JSON is broken: {reason}"));
     let head: Head = serde_json::from_slice(text).map_err(|e| broken(&e))?;
     check_version(head.asset.as_ref()).map_err(|reason| Error::file(path, reason))?;
@@ -35,6 +37,59 @@ pub(super) fn parse(path: &Path, text: &[u8]) -> Result<(Root, Pointers)> {
     let tracked = serde_path_to_error::Deserializer::new(Lenient::new(&mut json), &mut track);
     let root = Root::deserialize(tracked).map_err(|e| broken(&format_args!("{}: {e}", track.path())))?;
     Ok((root, Pointers::of(head.animations.as_ref())))
+}
+
+/// The text with members of objects that are `null` blank, so that what follows keeps its line and column.
+fn without_nulls(text: &[u8]) -> Cow<'_, [u8]> {
+    let mut changed = Cow::Borrowed(text);
+    // Where the last string began.
+    let (mut string, mut at) = (0, 0);
+    while at < text.len() {
+        match text[at] {
+            b'"' => {
+                string = at;
+                at = end_of_string(text, at);
+            }
+            b'n' if text[at..].starts_with(b"null") => {
+                let is_member =
+                    matches!(before(text, at), Some((i, b':')) if matches!(before(text, i), Some((_, b'"'))));
+                if is_member {
+                    blank(changed.to_mut(), string, at + 4);
+                }
+                at += 4;
+            }
+            _ => at += 1,
+        }
+    }
+    changed
+}
+
+/// The place behind the string that begins here.
+fn end_of_string(text: &[u8], begin: usize) -> usize {
+    let mut at = begin + 1;
+    while at < text.len() && text[at] != b'"' {
+        at += if text[at] == b'\\' { 2 } else { 1 };
+    }
+    at + 1
+}
+
+/// The last byte before a place that is not space, and where it is.
+fn before(text: &[u8], at: usize) -> Option<(usize, u8)> {
+    let at = text[..at].iter().rposition(|byte| !byte.is_ascii_whitespace())?;
+    Some((at, text[at]))
+}
+
+/// Makes a member of an object blank, and the comma that separates it from the next, or else from the last.
+fn blank(text: &mut [u8], begin: usize, end: usize) {
+    let next = text[end..].iter().position(|byte| !byte.is_ascii_whitespace()).map(|offset| end + offset);
+    match (next, before(text, begin)) {
+        (Some(comma), _) if text[comma] == b',' => text[comma] = b' ',
+        (Some(brace), Some((comma, b','))) if text[brace] == b'}' => text[comma] = b' ',
+        (Some(brace), _) if text[brace] == b'}' => {}
+        // Whatever stands there is no JSON.
+        _ => return,
+    }
+    text[begin..end].fill(b' ');
 }
 
 /// The strings of a list that may be anything.

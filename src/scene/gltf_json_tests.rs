@@ -117,6 +117,32 @@ fn what_is_optional_may_be_missing() {
 }
 
 #[test]
+fn null_is_a_key_that_is_not_there() {
+    let blanked = |text: &str| String::from_utf8(without_nulls(text.as_bytes()).into_owned()).unwrap();
+    for (text, wanted) in [
+        (r#"{"a":1}"#, r#"{"a":1}"#),
+        (r#"{"a":null}"#, r#"{        }"#),
+        (r#"{"a": null,"b":[null, "x\\\":null"]}"#, r#"{          "b":[null, "x\\\":null"]}"#),
+        (r#"{"b":1 , "a" : null }"#, r#"{"b":1              }"#),
+        (r#"{"a":null,"b":null,"c":{"d":2,"e":null}}"#, r#"{                  "c":{"d":2         }}"#),
+        (r#"{"a":nullx}"#, r#"{"a":nullx}"#),
+        (r#"[null,"null",null]"#, r#"[null,"null",null]"#),
+        ("{\"a", "{\"a"),
+        ("{\"a\\", "{\"a\\"),
+        ("null", "null"),
+    ] {
+        assert_eq!(blanked(text), wanted, "{text}");
+    }
+    let plain =
+        r#"{"asset":{"version":"2.0"},"materials":[{}],"meshes":[{"primitives":[{"attributes":{}}]}],"nodes":[{}]}"#;
+    let nulls = plain
+        .replace("[{}]", r#"[{"emissiveFactor":null,"alphaMode":null,"matrix":null,"name":null,"extras":null}]"#)
+        .replace(r#""attributes":{}"#, r#""mode":null,"attributes":{},"indices":null"#);
+    assert_eq!(told(&nulls), told(plain));
+    assert!(error(&nulls.replace(r#""attributes":{}"#, r#""attributes":null"#)).contains("missing field `attributes`"));
+}
+
+#[test]
 fn what_is_wrong_is_named_with_its_place() {
     let with = |key: &str, value: Value| {
         let mut document = complete();

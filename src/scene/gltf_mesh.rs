@@ -188,7 +188,9 @@ impl Geometry {
             Some(accessor) => document.read_indices(what, accessor)?,
             None => (0..count as u32).collect(),
         };
-        if let Some(bad) = indices.iter().find(|i| **i as usize >= count) {
+        let restart = primitive.indices.filter(|_| mode != Mode::Triangles).and_then(|i| document.restart_index(i));
+        let restart = restart.filter(|restart| *restart as usize >= count);
+        if let Some(bad) = indices.iter().find(|i| **i as usize >= count && Some(**i) != restart) {
             return Err(document.error(format_args!("{what} has the index {bad} but only {count} vertices")));
         }
         self.incomplete += u64::from(if mode == Mode::Triangles { indices.len() % 3 != 0 } else { indices.len() < 3 });
@@ -199,7 +201,7 @@ impl Geometry {
             lacks_tangents: wants_tangents && tangents.is_none(),
             tangents: tangents.unwrap_or_default(),
             paint: Paint { uvs, colors },
-            triangles: triangulate(mode, &indices),
+            triangles: pieces(document, &indices, restart).flat_map(|piece| triangulate(mode, piece)).collect(),
         })
     }
 
@@ -376,6 +378,14 @@ pub(super) fn vectors(arrays: Vec<[f32; 3]>) -> Vec<Vec3> {
 /// Whether primitives of this mode are triangles.
 pub(super) fn has_triangles(mode: Mode) -> bool {
     matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
+}
+
+/// Strips or fans between indices that begin another one.
+fn pieces<'a>(document: &Document, indices: &'a [u32], restart: Option<u32>) -> impl Iterator<Item = &'a [u32]> {
+    if restart.is_some_and(|restart| indices.contains(&restart)) {
+        document.mend("strips or fans that begin anew at the largest index");
+    }
+    indices.split(move |index| Some(*index) == restart)
 }
 
 /// Triangles of a list, strip or fan, wound as the glTF specification says.

@@ -41,7 +41,7 @@ impl Parts {
     }
 
     #[expect(clippy::needless_pass_by_value, reason = "`json!` values read better unborrowed")]
-    /// The whole file; `extra` overrides top-level keys.
+    /// The whole file; `extra` overrides top-level keys, or removes them by `null`.
     pub fn glb(&self, meshes: Value, extra: Value) -> Vec<u8> {
         let mut root = json!({
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
@@ -50,6 +50,7 @@ impl Parts {
         });
         if let (Value::Object(root), Value::Object(extra)) = (&mut root, extra) {
             root.extend(extra);
+            root.retain(|_, value| !value.is_null());
         }
         glb_from(&root.to_string(), &self.bin)
     }

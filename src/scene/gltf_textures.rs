@@ -9,7 +9,8 @@ use ::gltf::json::texture::Texture as JsonTexture;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::gltf_buffers::{Document, shorten};
+use super::gltf_buffers::Document;
+use super::gltf_files;
 use super::gltf_images::{announced_bytes, decode_image};
 use super::{Material, Texture};
 use crate::Result;
@@ -245,7 +246,7 @@ fn read_image<'a>(document: &'a Document, index: usize) -> Result<(String, Cow<'
     let plain = || image.name.clone().unwrap_or_else(|| what.clone());
     match (&image.uri, image.buffer_view) {
         (Some(uri), _) => {
-            let name = if uri.starts_with("data:") { plain() } else { shorten(uri).to_owned() };
+            let name = if gltf_files::data_of(uri).is_some() { plain() } else { uri.clone() };
             Ok((name, Cow::Owned(document.fetch(&format!("texture {what}"), uri)?)))
         }
         (None, Some(view)) => Ok((plain(), Cow::Borrowed(document.view(&what, view)?.0))),

@@ -38,6 +38,9 @@ const float LEAST_VARIANCE_WEIGHT = 0.1;
 // From so many frames on their variance tells the noise of their mean.
 const float KNOWN_FRAMES = 4.0;
 const float UNKNOWN = -1.0;
+// Of a deviation that is known, what the filter is told: it is made for those that are guessed from the pixels around, and
+// passes differences of several. Of a mean, most of those are light.
+const float TOLD_DEVIATION = 0.5;
 // The filter is never stricter than for a luminance that is known to this, per unit: it passes differences of 0.02.
 const float LEAST_DEVIATION = 0.02 / 6.0;
 
@@ -109,7 +112,7 @@ void main() {
     // Of the mean: that of a frame over their number, and once their weights fall off that of such a mean.
     frames = min(frames, 1.0 / weight);
     float of_mean = max(1.0 / frames, least_weight / (2.0 - least_weight));
-    float deviation = frames >= KNOWN_FRAMES ? sqrt(variance * of_mean) : UNKNOWN;
+    float deviation = frames >= KNOWN_FRAMES ? TOLD_DEVIATION * sqrt(variance * of_mean) : UNKNOWN;
     store(pixel, vec4(mix(before_shadowed.rgb, shadowed * kept, weight), frames),
           vec4(mix(before_unshadowed.rgb, unshadowed.rgb * kept, weight), variance), unit, deviation);
 }

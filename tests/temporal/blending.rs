@@ -19,6 +19,8 @@ struct Blend {
     least_variance_weight: f64,
     known_frames: f64,
     least_deviation: f64,
+    /// Of a known deviation what the filter is told.
+    told_deviation: f64,
     max_outlier: f64,
     /// Weight of the unshadowed estimate over that of the shadowed one.
     unshadowed_share: f64,
@@ -29,6 +31,7 @@ const BLEND: Blend = Blend {
     least_variance_weight: 0.1,
     known_frames: 4.0,
     least_deviation: 0.02 / 6.0,
+    told_deviation: 0.5,
     max_outlier: 64.0,
     unshadowed_share: 1.0,
 };
@@ -156,7 +159,7 @@ impl Blended {
             let scale = if keeps_light { 1.0 / unit } else { 1.0 };
             let frames = frames.min(1.0 / weight);
             let of_mean = (1.0 / frames).max(by.least_weight / (2.0 - by.least_weight));
-            let deviation = ((variance * of_mean).sqrt() * scale).max(by.least_deviation);
+            let deviation = (by.told_deviation * (variance * of_mean).sqrt() * scale).max(by.least_deviation);
             let known = if frames >= by.known_frames { deviation } else { -1.0 };
             let means = [mix(before[0][i], new[0], weight), mix(before[1][i], new[1], weight * by.unshadowed_share)];
             Pixel {
@@ -224,7 +227,8 @@ fn other_blends_are_noticed() {
     (0..24).for_each(|_| run.next());
     let blended = Blended { frame: run.last(), mode: Temporal::Indirect, estimate: ShadowEstimate::Corrected };
     blended.check(BLEND).unwrap();
-    let faults: [Fault; 5] = [
+    let faults: [Fault; 6] = [
+        ("deviations told in full", |by| by.told_deviation = 1.0),
         ("both estimates with different weights", |by| by.unshadowed_share = 1.02),
         ("a longer memory", |by| by.least_weight = 0.049),
         ("a longer memory of the variance", |by| by.least_variance_weight = 0.098),

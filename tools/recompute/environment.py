@@ -149,23 +149,40 @@ class Rays:
         return direction, irradiance * (total / CANDIDATES)[:, None]
 
 
-def fate(triangles, origin, direction):
-    """1 where a ray leaves the scene, 0 where a solid triangle is in its way, None where that is not clear: it passes an
-    edge, or meets a triangle with holes, whose texture is in no dump."""
-    across = np.cross(direction, triangles["edge2"])
-    determinant = (across * triangles["edge1"]).sum(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        offset = origin - triangles["v0"]
-        u = (across * offset).sum(axis=1) / determinant
-        beside = np.cross(offset, triangles["edge1"])
-        v = beside @ direction / determinant
-        distance = (beside * triangles["edge2"]).sum(axis=1) / determinant
-        inside = np.minimum(np.minimum(u, v), 1.0 - u - v)
-        near = np.abs(distance) < 1e-6 * np.abs(origin).max()
-    solid = triangles["flags"] == 0
-    if np.any(solid & (inside > 1e-4) & (distance > 0.0) & ~near):
-        return 0.0
-    return None if np.any((inside > -1e-4) & ((distance > 0.0) | near)) else 1.0
+def cross(a, b):
+    """Of vectors in columns."""
+    (ax, ay, az), (bx, by, bz) = a, b
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+class Triangles:
+    """All triangles of the scene."""
+
+    def __init__(self, dump):
+        found = dump.get("scene", "triangles")
+        names = ("v0_ws", "edge1", "edge2")
+        self.v0, self.edge1, self.edge2 = (np.ascontiguousarray(found[name].T, np.float64) for name in names)
+        self.normal = cross(self.edge1, self.edge2)
+        self.solid = found["flags"] == 0
+
+    def fates(self, origin, directions):
+        """For each ray from here, 1 where it leaves the scene, 0 where a solid triangle is in its way, None where that is not
+        clear: it passes an edge, or meets a triangle with holes, whose texture is in no dump."""
+        offset = origin[:, None] - self.v0
+        beside, before = cross(offset, self.edge1), cross(offset, self.edge2)
+        height = (beside * self.edge2).sum(axis=0)
+        return [self.fate(origin, direction, beside, before, height) for direction in directions]
+
+    def fate(self, origin, direction, beside, before, height):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            determinant = -(direction @ self.normal)
+            u, v = -(direction @ before) / determinant, (direction @ beside) / determinant
+            distance = height / determinant
+            inside = np.minimum(np.minimum(u, v), 1.0 - u - v)
+            near = np.abs(distance) < 1e-6 * np.abs(origin).max()
+        if np.any(self.solid & (inside > 1e-4) & (distance > 0.0) & ~near):
+            return 0.0
+        return None if np.any((inside > -1e-4) & ((distance > 0.0) | near)) else 1.0
 
 
 def environment_light(dump, rng, pixels):
@@ -182,11 +199,10 @@ def environment_light(dump, rng, pixels):
     scale = magnitude(expected)
     error = worst(unshadowed[rays.clear], expected[rays.clear], scale[rays.clear])
     compared = 3 * int(rays.clear.sum())
-    triangles = {name: dump.get("scene", "triangles")[name].astype(np.float64) for name in ("v0_ws", "edge1", "edge2")}
-    triangles = {"v0": triangles.pop("v0_ws"), "flags": dump.get("scene", "triangles")["flags"], **triangles}
+    triangles = Triangles(dump)
     for pixel in np.flatnonzero(rays.clear):
         parts = [(radiance[pixel], direction[pixel]) for direction, radiance in rays.chosen if radiance[pixel].any()]
-        fates = [fate(triangles, origins[pixel], direction) for _, direction in parts]
+        fates = triangles.fates(origins[pixel], [direction for _, direction in parts])
         if None not in fates:
             light = sum((f * radiance for f, (radiance, _) in zip(fates, parts)), np.zeros(3))
             error = max(error, worst(shadowed[pixel], light, scale[pixel]))

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
@@ -15,10 +15,13 @@ use super::work::{Constants, RasterDraw, RasterState};
 use crate::error::Result;
 use crate::shader::spirv;
 
-/// Pipelines that some frame still has, by everything that they are made of: a frame of another size, and the one
-/// before it, share them. Drivers that compile shaders at their first use do so once.
+/// The most pipelines that are kept although no frame has them: those of some dozens of techniques and settings.
+const MOST_IDLE: usize = 1000;
+
+/// All pipelines so far, by everything that they are made of: a frame of another size, and one that a run comes back to,
+/// share them. Drivers that compile shaders at their first use do so once.
 pub(super) struct Pipelines {
-    known: Mutex<HashMap<Key, Weak<Pipeline>>>,
+    known: Mutex<HashMap<Key, Arc<Pipeline>>>,
     cache: DriverCache,
     gpu: Arc<Device>,
 }
@@ -106,21 +109,20 @@ impl Pipelines {
 
     /// The pipeline of this key, made by `create` when there is none. Several threads may create at once.
     fn find(&self, key: Key, create: impl FnOnce() -> Result<Pipeline>) -> Result<Arc<Pipeline>> {
-        if let Some(pipeline) = self.known().get(&key).and_then(Weak::upgrade) {
-            return Ok(pipeline);
+        if let Some(pipeline) = self.known().get(&key) {
+            return Ok(Arc::clone(pipeline));
         }
         let pipeline = Arc::new(create()?);
         let mut known = self.known();
-        if let Some(other) = known.get(&key).and_then(Weak::upgrade) {
-            // Another thread was faster.
-            return Ok(other);
+        let is_idle = |pipeline: &Arc<Pipeline>| Arc::strong_count(pipeline) == 1;
+        if known.values().filter(|pipeline| is_idle(pipeline)).count() > MOST_IDLE {
+            known.retain(|_, pipeline| !is_idle(pipeline));
         }
-        known.retain(|_, pipeline| pipeline.strong_count() > 0);
-        known.insert(key, Arc::downgrade(&pipeline));
-        Ok(pipeline)
+        // Another thread may have been faster.
+        Ok(Arc::clone(known.entry(key).or_insert(pipeline)))
     }
 
-    fn known(&self) -> MutexGuard<'_, HashMap<Key, Weak<Pipeline>>> {
+    fn known(&self) -> MutexGuard<'_, HashMap<Key, Arc<Pipeline>>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

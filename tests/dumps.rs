@@ -5,6 +5,7 @@ mod support;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use gridlight::report::dump::array::Array;
 use gridlight::report::dump::images::Picture;
@@ -26,6 +27,16 @@ fn dump(folder: &Path, name: &str, options: &str) -> PathBuf {
     all.extend(["--dump", path.to_str().unwrap()]);
     succeed(&all);
     path
+}
+
+/// A dump of [`EXACT`] frames that tests only read; it stays in the build folder.
+fn exact_dump() -> &'static Path {
+    static DUMP: OnceLock<PathBuf> = OnceLock::new();
+    DUMP.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        let _ = std::fs::remove_dir_all(folder.join("exact-dump"));
+        dump(folder, "exact-dump", EXACT)
+    })
 }
 
 fn diff(a: &Path, b: &Path, options: &[&str]) -> Run {
@@ -151,9 +162,9 @@ fn direct_light_alone_is_dumped() {
 #[test]
 fn equal_runs_have_equal_dumps() {
     let folder = tempfile::tempdir().unwrap();
-    let a = dump(folder.path(), "a", EXACT);
+    let a = exact_dump();
     let b = dump(folder.path(), "b", &format!("{EXACT} --frames 2 --warmup 1"));
-    let found = diff(&a, &b, &[]);
+    let found = diff(a, &b, &[]);
     assert_eq!((found.code, found.stderr.as_str()), (Some(0), ""), "{}", found.stdout);
     let last = found.stdout.lines().last().unwrap();
     assert!(last.starts_with("the dumps agree bit for bit"), "{last}");
@@ -163,10 +174,10 @@ fn equal_runs_have_equal_dumps() {
 #[test]
 fn the_first_pass_that_differs_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let a = dump(folder.path(), "a", EXACT);
+    let a = exact_dump();
     let b = dump(folder.path(), "b", &format!("{EXACT} --seed 2"));
-    complains(&diff(&a, &b, &[]), 2, &["different settings", "seed (1, 2)", "--ignore-settings"]);
-    let found = diff(&a, &b, &["--ignore-settings"]);
+    complains(&diff(a, &b, &[]), 2, &["different settings", "seed (1, 2)", "--ignore-settings"]);
+    let found = diff(a, &b, &["--ignore-settings"]);
     complains(&found, 3, &["first in pass vpl_trace"]);
     let last = found.stdout.lines().last().unwrap();
     assert!(last.starts_with("the first pass that differs is vpl_trace: "), "{last}");
@@ -176,7 +187,7 @@ fn the_first_pass_that_differs_is_named() {
 #[test]
 fn a_planted_value_is_found_in_its_pass() {
     let folder = tempfile::tempdir().unwrap();
-    let a = dump(folder.path(), "a", EXACT);
+    let a = exact_dump();
     let b = dump(folder.path(), "b", EXACT);
     let manifest = Manifest::read(&b).unwrap();
     let file =
@@ -188,7 +199,7 @@ fn a_planted_value_is_found_in_its_pass() {
     let value = f32::from_le_bytes(array.bytes[at..at + 4].try_into().unwrap());
     array.bytes[at..at + 4].copy_from_slice(&(value * 1.002).to_le_bytes());
     array.write(&path).unwrap();
-    let found = diff(&a, &b, &[]);
+    let found = diff(a, &b, &[]);
     complains(&found, 3, &["first in pass merge"]);
     let last = found.stdout.lines().last().unwrap();
     assert!(
@@ -198,20 +209,20 @@ fn a_planted_value_is_found_in_its_pass() {
         "{last}"
     );
     assert!(last.ends_with(&format!("1 of {} files differ", manifest.files.len())), "{last}");
-    assert_eq!(diff(&a, &b, &["--tolerance", "0.01"]).code, Some(0));
-    complains(&diff(&a, &b, &["--tolerance", "1e-4"]), 3, &["pass merge"]);
+    assert_eq!(diff(a, &b, &["--tolerance", "0.01"]).code, Some(0));
+    complains(&diff(a, &b, &["--tolerance", "1e-4"]), 3, &["pass merge"]);
 
     // Damage to the files.
     let whole = std::fs::read(&path).unwrap();
     std::fs::write(&path, &whole[..whole.len() - 1]).unwrap();
-    complains(&diff(&a, &b, &[]), 1, &["merged_lights.npy", "is damaged"]);
+    complains(&diff(a, &b, &[]), 1, &["merged_lights.npy", "is damaged"]);
     std::fs::remove_file(&path).unwrap();
-    complains(&diff(&a, &b, &[]), 1, &["merged_lights.npy", "cannot be read"]);
+    complains(&diff(a, &b, &[]), 1, &["merged_lights.npy", "cannot be read"]);
     std::fs::write(&path, &whole).unwrap();
     let exr = b.join(&manifest.files.iter().find(|f| f.resource == "gbuffer_depth").unwrap().file);
     let image = std::fs::read(&exr).unwrap();
     std::fs::write(&exr, &image[..image.len() / 2]).unwrap();
-    complains(&diff(&a, &b, &[]), 1, &["gbuffer_depth.exr", "OpenEXR"]);
+    complains(&diff(a, &b, &[]), 1, &["gbuffer_depth.exr", "OpenEXR"]);
 }
 
 #[test]

@@ -240,15 +240,15 @@ mod robustness;
 #[path = "gltf_case_tests.rs"]
 mod case_tests;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "codecs"))]
 #[path = "gltf_extension_tests.rs"]
 mod extension_tests;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "codecs"))]
 #[path = "gltf_draco_tests.rs"]
 mod draco_tests;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "codecs"))]
 #[path = "gltf_meshopt_tests.rs"]
 mod meshopt_tests;
 

@@ -203,6 +203,7 @@ impl<'a> Document<'a> {
     }
 
     /// Adds an accessor like `model` of so many packed elements, whose bytes are these.
+    #[cfg_attr(not(feature = "codecs"), allow(dead_code, reason = "only decoders add any"))]
     pub fn add_accessor(&mut self, model: Accessor, count: usize, bytes: Vec<u8>) -> Index<Accessor> {
         let (view, accessor) = (self.root.buffer_views.len(), self.root.accessors.len());
         let buffer_view = Some(Index::new(view as u32));

@@ -19,6 +19,19 @@ const READ: [&str; 15] = [
     "MSFT_texture_dds",
 ];
 
+/// Those of them that only a build with the feature `codecs` reads.
+const OF_CODECS: [&str; 6] = [
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
+    "MSFT_texture_dds",
+];
+/// What a build without the feature says of a file that needs it.
+pub(super) const NEEDS_CODECS: &str =
+    "this build lacks the feature `codecs`, which reads that: `cargo build --release` makes one that has it";
+
 /// What the picture is like without an extension that is not read.
 const NOT_READ: [(&str, &[&str]); 6] = [
     (
@@ -93,26 +106,40 @@ const NOT_READ: [(&str, &[&str]); 6] = [
     ),
 ];
 
+/// Whether a build with or without the feature `codecs` reads an extension.
+fn is_read(name: &str, has_codecs: bool) -> bool {
+    READ.contains(&name) && (has_codecs || !OF_CODECS.contains(&name))
+}
+
 /// Refuses a file that requires an extension that is not read, naming all of them.
 pub(super) fn check_required(required: &[&str]) -> Result<(), String> {
-    let unread: Vec<&str> = required.iter().copied().filter(|name| !READ.contains(name)).collect();
+    check_required_by(required, cfg!(feature = "codecs"))
+}
+
+fn check_required_by(required: &[&str], has_codecs: bool) -> Result<(), String> {
+    let unread: Vec<&str> = required.iter().copied().filter(|name| !is_read(name, has_codecs)).collect();
+    let is_of_codecs = unread.iter().all(|name| READ.contains(name));
     match unread.as_slice() {
         [] => Ok(()),
+        [name] if is_of_codecs => Err(format!("it requires the extension {name}, and {NEEDS_CODECS}")),
         [name] => Err(format!("it requires the extension {name}, which is not supported")),
         [names @ .., last] => {
-            Err(format!("it requires the extensions {} and {last}, which are not supported", names.join(", ")))
+            let names = names.join(", ");
+            let why = if is_of_codecs { format!("and {NEEDS_CODECS}") } else { "which are not supported".to_owned() };
+            Err(format!("it requires the extensions {names} and {last}, {why}"))
         }
     }
 }
 
 /// For each extension in use that is not read, what that does to the picture: a sentence.
 pub(super) fn unread<'a>(used: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut names: Vec<&str> = used.filter(|name| !READ.contains(name)).collect();
+    let mut names: Vec<&str> = used.filter(|name| !is_read(name, cfg!(feature = "codecs"))).collect();
     names.sort_unstable();
     names.dedup();
-    let effect = |name: &str| NOT_READ.iter().find(|(_, names)| names.contains(&name)).map(|(effect, _)| *effect);
-    let unknown = "what it adds is missing";
-    names.iter().map(|name| format!("the extension {name} is not read: {}", effect(name).unwrap_or(unknown))).collect()
+    let of_codecs = |name: &str| OF_CODECS.contains(&name).then_some(NEEDS_CODECS);
+    let of_picture = |name: &str| NOT_READ.iter().find(|(_, names)| names.contains(&name)).map(|(effect, _)| *effect);
+    let effect = |name| of_codecs(name).or_else(|| of_picture(name)).unwrap_or("what it adds is missing");
+    names.iter().map(|name| format!("the extension {name} is not read: {}", effect(name))).collect()
 }
 
 #[cfg(test)]
@@ -129,8 +156,22 @@ mod tests {
     }
 
     #[test]
+    fn a_build_without_codecs_names_the_feature() {
+        assert!(OF_CODECS.iter().all(|name| READ.contains(name)));
+        let others: Vec<&str> = READ.iter().copied().filter(|name| !OF_CODECS.contains(name)).collect();
+        assert_eq!(check_required_by(&others, false), Ok(()));
+        let sentence = |required: &[&str]| check_required_by(required, false).unwrap_err();
+        let [draco, webp] = ["KHR_draco_mesh_compression", "EXT_texture_webp"];
+        assert_eq!(sentence(&[draco]), format!("it requires the extension {draco}, and {NEEDS_CODECS}"));
+        let both = format!("it requires the extensions {draco} and {webp}, and {NEEDS_CODECS}");
+        assert_eq!(sentence(&[draco, "KHR_mesh_quantization", webp]), both);
+        let unknown = format!("it requires the extensions {draco} and A, which are not supported");
+        assert_eq!(sentence(&[draco, "A"]), unknown);
+    }
+
+    #[test]
     fn required_ones_are_refused_together() {
-        assert_eq!(check_required(&READ), Ok(()));
+        assert_eq!(check_required_by(&READ, true), Ok(()));
         let error = check_required(&["KHR_mesh_quantization", "A", "B", "C"]).unwrap_err();
         assert_eq!(error, "it requires the extensions A, B and C, which are not supported");
     }

@@ -10,6 +10,9 @@ pub mod emitters;
 pub mod gltf;
 mod gltf_accessors;
 mod gltf_buffers;
+#[cfg(feature = "codecs")]
+mod gltf_dds;
+#[cfg(feature = "codecs")]
 mod gltf_draco;
 mod gltf_extensions;
 mod gltf_files;
@@ -22,11 +25,13 @@ mod gltf_lights;
 mod gltf_mapping;
 mod gltf_materials;
 mod gltf_mesh;
+#[cfg(feature = "codecs")]
 mod gltf_meshopt;
 mod gltf_nodes;
 mod gltf_pointers;
 mod gltf_tangents;
 mod gltf_textures;
+#[cfg(feature = "codecs")]
 mod ktx2;
 pub mod motion;
 pub mod octahedral;
@@ -35,6 +40,8 @@ pub mod refit;
 pub mod sampling;
 pub mod testing;
 pub mod upload;
+#[cfg(not(feature = "codecs"))]
+mod without_codecs;
 
 use std::sync::Arc;
 
@@ -45,6 +52,8 @@ use crate::color::luminance;
 use crate::environment::Environment;
 use motion::Motion;
 use sampling::Sampling;
+#[cfg(not(feature = "codecs"))]
+use without_codecs::{gltf_dds, gltf_draco, gltf_meshopt, ktx2};
 
 /// One vertex in world space, as the GPU reads it (32 bytes, no padding).
 #[repr(C)]

@@ -3,7 +3,7 @@
 use image_dds::{ImageFormat, Surface};
 use ktx2::Format;
 
-use super::super::gltf_images::decode_surface;
+use super::super::gltf_dds::decode_surface;
 use super::basis::{UASTC_BLOCK_BYTES, decode_uastc};
 
 /// What a level consists of.

@@ -99,6 +99,7 @@ impl ApplicationHandler for App {
                 }
             }
             WindowEvent::MouseInput { state, .. } => session.mouse(state == ElementState::Pressed && !taken),
+            WindowEvent::CursorMoved { position, .. } => session.cursor_moved([position.x as f32, position.y as f32]),
             WindowEvent::MouseWheel { delta, .. } if !taken => session.wheel(delta),
             _ => {}
         }
@@ -106,7 +107,7 @@ impl ApplicationHandler for App {
 
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
         if let (DeviceEvent::MouseMotion { delta }, Some(session)) = (event, &mut self.session) {
-            session.mouse_moved([delta.0 as f32, delta.1 as f32]);
+            session.device_moved([delta.0 as f32, delta.1 as f32]);
         }
     }
 

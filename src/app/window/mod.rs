@@ -3,6 +3,7 @@
 mod action;
 mod app;
 mod camera;
+mod drag;
 mod keys;
 mod loader;
 mod measuring;

@@ -41,21 +41,30 @@ impl Session {
 
     /// A button goes down over the picture, or up.
     pub fn mouse(&mut self, down: bool) {
-        if self.looking == down {
+        if self.drag.is_on() == down {
             return;
         }
-        self.looking = down;
+        self.drag.set(down);
         let modes: &[_] =
             if down { &[CursorGrabMode::Locked, CursorGrabMode::Confined] } else { &[CursorGrabMode::None] };
-        if !modes.iter().any(|mode| self.window.set_cursor_grab(*mode).is_ok()) {
-            log::debug!("the cursor cannot be held");
+        match modes.iter().find(|mode| self.window.set_cursor_grab(**mode).is_ok()) {
+            Some(CursorGrabMode::Locked) => self.drag.lock(),
+            Some(_) => {}
+            None => log::debug!("the cursor cannot be held"),
         }
         self.window.set_cursor_visible(!down);
     }
 
-    /// The mouse moves, right and down.
-    pub fn mouse_moved(&mut self, [dx, dy]: [f32; 2]) {
-        if self.looking {
+    /// A pointing device moves, right and down, in pixels.
+    pub fn device_moved(&mut self, step_px: [f32; 2]) {
+        if let Some([dx, dy]) = self.drag.device_moved(step_px) {
+            self.camera.look(dx, dy);
+        }
+    }
+
+    /// The cursor is elsewhere in the window.
+    pub fn cursor_moved(&mut self, at_px: [f32; 2]) {
+        if let Some([dx, dy]) = self.drag.cursor_moved(at_px) {
             self.camera.look(dx, dy);
         }
     }

@@ -17,6 +17,7 @@ use self::frames::Target;
 use self::split::{Inspector, Split};
 use super::app::IDLE;
 use super::camera::FlyCamera;
+use super::drag::Drag;
 use super::keys::Keys;
 use super::loader::{Loading, Wanted};
 use super::panel::Panel;
@@ -97,7 +98,8 @@ pub struct Session {
     /// When the first scene was there.
     opened: Option<Instant>,
     keys: Keys,
-    looking: bool,
+    /// The mouse over the picture.
+    drag: Drag,
     camera: FlyCamera,
     suns: Suns,
     /// The environment of the scene that is shown.
@@ -200,7 +202,7 @@ impl Session {
             frame_seen: now,
             opened: None,
             keys: Keys::new(),
-            looking: false,
+            drag: Drag::default(),
             camera: FlyCamera::nowhere(),
             suns: Suns::default(),
             shown_environment: settings.environment.clone(),

@@ -16,7 +16,7 @@ use crate::scene::refit::MovingBvh;
 use crate::scene::upload::{self, PreparedScene};
 use crate::scene::{Aabb, Scene, bvh};
 use crate::settings::Rays;
-use crate::shared::{BvhNode, LIGHT_EMITTERS, PunctualLight};
+use crate::shared::{BvhNode, BvhTriangle, LIGHT_EMITTERS, PunctualLight, WORD_ROW_TEXELS};
 
 /// A scene uploaded to a device, with what the frame needs to know of it. Clones share what is on the device.
 #[derive(Clone)]
@@ -71,6 +71,27 @@ fn faintest_share(lights: &[PunctualLight]) -> f64 {
 /// Sets of points that are kept: the two sides of a window may have different ones, and others while something moves.
 const KEPT_POINTS: usize = 4;
 
+/// Whether the largest parts of a scene fit the device, before minutes are spent on its BVH.
+fn check_size(scene: &Scene, storage_bytes: u64, image_rows: u32) -> Result<()> {
+    let triangle_count = scene.indices.len() as u64 / 3;
+    let image_bytes = u64::from(image_rows) * u64::from(WORD_ROW_TEXELS) * 16;
+    let parts = [
+        ("vertices", size_of_val(scene.vertices.as_slice()) as u64, storage_bytes),
+        ("indices", size_of_val(scene.indices.as_slice()) as u64, storage_bytes),
+        ("triangles of the BVH", triangle_count * size_of::<BvhTriangle>() as u64, image_bytes),
+    ];
+    let excess = |(_, bytes, limit): &(&str, u64, u64)| *bytes as f64 / *limit as f64;
+    let most = parts.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)));
+    let Some(part @ (name, bytes, limit)) = most.filter(|part| excess(part) > 1.0) else { return Ok(()) };
+    Err(Error::Failure(format!(
+        "the scene is too large for this device: of its {triangle_count} triangles the {name} take {} MiB, and {} MiB are \
+         the most; about {:.0} such triangles would fit",
+        bytes >> 20,
+        limit >> 20,
+        triangle_count as f64 / excess(part)
+    )))
+}
+
 /// What of a scene is computed before it is uploaded; needs no device.
 pub struct ReadyScene {
     bvh: bvh::SceneBvh,
@@ -101,6 +122,8 @@ impl UploadedScene {
     /// # Errors
     /// [`Error::Usage`] when the device has no such rays; when a part of the scene does not fit the device.
     pub fn with_rays(gpu: &Arc<Gpu>, scene: &Scene, rays: Rays) -> Result<Self> {
+        let limits = &gpu.report().limits;
+        check_size(scene, limits.storage_range_bytes, limits.image_rows)?;
         Self::upload(gpu, scene, &ReadyScene::new(scene, gpu.report().limits.array_layers), rays)
     }
 
@@ -341,4 +364,21 @@ pub(crate) fn check_rays(gpu: &Gpu, rays: Rays) -> Result<()> {
         "--rays query needs VK_KHR_ray_query and VK_KHR_acceleration_structure, which this device lacks; use bvh"
             .to_owned(),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::testing::plane;
+
+    #[test]
+    fn scenes_beyond_a_limit_are_refused_at_once() {
+        let scene = plane(1.0);
+        check_size(&scene, 4096, 1).unwrap();
+        let message = |bytes, rows| check_size(&scene, bytes, rows).unwrap_err().to_string();
+        let vertices = message(64, 1);
+        assert!(vertices.contains("of its 2 triangles the vertices take 0 MiB"), "{vertices}");
+        assert!(vertices.ends_with("about 1 such triangles would fit"), "{vertices}");
+        assert!(message(4096, 0).contains("the triangles of the BVH"));
+    }
 }

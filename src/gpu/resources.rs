@@ -260,7 +260,7 @@ impl Resources {
             let alignment = requirements.iter().flatten().filter(|r| r.class == *class).map(|r| r.alignment).max();
             let Class { is_image, memory_type_bits } = classes[*class as usize];
             let needs = vk::MemoryRequirements { size: *size, alignment: alignment.unwrap_or(256), memory_type_bits };
-            let slot = self.allocate("transient memory", needs, !is_image)?;
+            let slot = self.allocate("a frame's images and buffers, which grow with --size", needs, !is_image)?;
             for (index, placement) in aliases.placements.iter().enumerate() {
                 if let Some(placement) = placement.as_ref().filter(|p| p.class == *class) {
                     self.bind(index, slot, placement.offset_bytes)?;

@@ -176,6 +176,17 @@ mod tests {
         assert_eq!(plain[1].2, [128, 128, 128, 128]);
     }
 
+    /// Opaque materials ignore alpha: what is transparent keeps its colour and its weight.
+    #[test]
+    fn alpha_has_no_say_in_colours() {
+        let halves = texture(2, 1, vec![255, 0, 0, 0, 0, 0, 255, 255]);
+        let (_, _, last) = mip_chain(&halves, true).pop().unwrap();
+        assert_eq!(last, [188, 0, 188, 128]);
+        assert_eq!(resample(&halves, 1, false), [188, 0, 188, 128]);
+        let [r, g, b, alpha] = average(&halves);
+        assert!([r, b, alpha].iter().all(|v| (v - 0.5).abs() < 1e-3) && g == 0.0, "{r} {g} {b} {alpha}");
+    }
+
     #[test]
     fn odd_sizes_cover_everything() {
         let chain = mip_chain(&texture(5, 3, [0, 90, 0, 255].repeat(15)), false);

@@ -1,5 +1,6 @@
 //! What a run says at its end: what was rendered on what, how long a frame took and in which passes, and where the files are.
 
+use crate::error::shortened;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -48,7 +49,7 @@ impl Answer<'_> {
     fn scene_line(&self) -> String {
         let SceneInfo { name, camera, triangles, environment, .. } = self.scene;
         let around = if environment == "none" { String::new() } else { format!(", environment {environment}") };
-        format!("scene: {name}, {} triangles, camera {camera}{around}", thousands(*triangles))
+        shortened(&format!("scene: {name}, {} triangles, camera {camera}{around}", thousands(*triangles)))
     }
 
     fn device_line(&self) -> String {

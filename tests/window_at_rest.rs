@@ -101,7 +101,8 @@ fn flying_and_coming_to_rest() {
     let (width, height) = size.split_once('x').expect("a size such as 1280x720");
     let Some(display) = Xvfb::start(width.parse().unwrap(), height.parse().unwrap()) else { return };
     let folder = tempfile::tempdir().unwrap();
-    let script = format!("at 3s key w {FLIGHT_S}\n");
+    // From the second picture on, when everything is compiled.
+    let script = format!("at 2 key w {FLIGHT_S}\n");
     let mut command = with_script(&display, folder.path(), &script, &format!("--size {size} --camera court"));
     let log = folder.path().join("log");
     let started = Instant::now();

@@ -8,7 +8,7 @@ use glam::Vec3;
 use crate::environment::Environment;
 use crate::environment::blurred::blurred;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, SceneBytes, SceneData, ScenePart, SceneSet};
+use crate::gpu::{Gpu, Limits, SceneBytes, SceneData, ScenePart, SceneSet};
 use crate::points::PointCloud;
 use crate::scene::chunks::chunks;
 use crate::scene::query_geometry::QueryGeometry;
@@ -99,12 +99,15 @@ pub struct ReadyScene {
 }
 
 impl ReadyScene {
-    /// Builds the BVH and everything else that the upload needs, for a device whose image arrays end at `array_layers`.
-    #[must_use]
-    pub fn new(scene: &Scene, array_layers: u32) -> Self {
+    /// Builds the BVH and everything else that the upload needs, for a device with these limits.
+    ///
+    /// # Errors
+    /// When a part of the scene does not fit the device.
+    pub fn new(scene: &Scene, limits: &Limits) -> Result<Self> {
+        check_size(scene, limits.storage_range_bytes, limits.image_rows)?;
         let bvh = bvh::build(scene);
         log::info!("BVH: {} nodes, depth {}, {:.0} ms", bvh.nodes.len(), bvh.depth, bvh.build_ms);
-        Self { bvh, prepared: upload::prepare(scene, array_layers) }
+        Ok(Self { bvh, prepared: upload::prepare(scene, limits.array_layers) })
     }
 }
 
@@ -122,9 +125,7 @@ impl UploadedScene {
     /// # Errors
     /// [`Error::Usage`] when the device has no such rays; when a part of the scene does not fit the device.
     pub fn with_rays(gpu: &Arc<Gpu>, scene: &Scene, rays: Rays) -> Result<Self> {
-        let limits = &gpu.report().limits;
-        check_size(scene, limits.storage_range_bytes, limits.image_rows)?;
-        Self::upload(gpu, scene, &ReadyScene::new(scene, gpu.report().limits.array_layers), rays)
+        Self::upload(gpu, scene, &ReadyScene::new(scene, &gpu.report().limits)?, rays)
     }
 
     /// Uploads a scene that was made ready before, such as on another thread.

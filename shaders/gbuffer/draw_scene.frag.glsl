@@ -73,11 +73,12 @@ vec2 steady(vec2 at) {
 // filter, and the anisotropic filter of Mesa 25's lavapipe divides 0 by 0.
 vec4 textured_color(uint flags) {
     vec2 at = steady(uv);
-    vec4 filtered = texture(base_color_texture, at);
-    vec2 change = abs(dFdxCoarse(at)) + abs(dFdyCoarse(at));
-    ivec2 size = textureSize(base_color_texture, 0);
-    vec4 single = texelFetch(base_color_texture, min(ivec2(wrapped_place(flags, at) * vec2(size)), size - 1), 0);
-    return change == vec2(0.0) ? single : filtered;
+    vec4 color = texture(base_color_texture, at);
+    if (abs(dFdxCoarse(at)) + abs(dFdyCoarse(at)) == vec2(0.0)) {
+        ivec2 size = textureSize(base_color_texture, 0);
+        color = texelFetch(base_color_texture, min(ivec2(wrapped_place(flags, at) * vec2(size)), size - 1), 0);
+    }
+    return color;
 }
 
 // The normal that the normal map gives. MikkTSpace, with which maps are baked, takes the interpolated normal and tangent as

@@ -50,7 +50,7 @@ pub use context::Gpu;
 pub use device::{Device, GpuOptions, ValidationLog};
 pub use environment::FORMAT as ENVIRONMENT_FORMAT;
 pub use executor::{Executor, FrameResult, FrameTicket, SteppedFrame};
-pub use features::{DeviceReport, OptionalFeatures, list_gpus};
+pub use features::{DeviceReport, Limits, OptionalFeatures, list_gpus};
 pub use image::Image;
 pub use instance::Instance;
 pub use interfaces::{Fault, InterfaceError, check_interfaces};

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use crate::app::setup::read_scene;
+use crate::gpu::Limits;
 use crate::renderer::ReadyScene;
 use crate::scene::Scene;
 use crate::settings::{EnvironmentSettings, MotionSettings, SunPlace};
@@ -43,11 +44,11 @@ pub struct Loading {
 }
 
 impl Loading {
-    /// Starts to load a scene, for a device whose image arrays end at `array_layers`.
+    /// Starts to load a scene, for a device with these limits.
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn start(wanted: Wanted, array_layers: u32) -> Result<Self> {
+    pub fn start(wanted: Wanted, limits: Limits) -> Result<Self> {
         let step = Arc::new(Mutex::new("reading".to_owned()));
         let (shared, asked) = (Arc::clone(&step), wanted.clone());
         let load = move || {
@@ -61,7 +62,7 @@ impl Loading {
             let scene = (file, asked.motion.is_asked_for(false));
             let scene = read_scene(scene, asked.sun, &asked.motion, &asked.environment, &report)?;
             say("BVH".to_owned());
-            let ready = ReadyScene::new(&scene, array_layers);
+            let ready = ReadyScene::new(&scene, &limits)?;
             Ok(Loaded { scene, ready })
         };
         let thread = std::thread::Builder::new().name("scene loader".to_owned()).spawn(load);

@@ -216,7 +216,7 @@ impl Session {
         let environment = self.settings.environment.clone();
         let (sun, motion) = (None, MotionSettings::default());
         let wanted = Wanted { path, scene_name, sun, motion, environment, is_again: false };
-        let started = Loading::start(wanted, self.presenter.gpu().report().limits.array_layers);
+        let started = Loading::start(wanted, self.presenter.gpu().report().limits);
         self.loading = self.recover(started)?;
         self.panel.clear_error();
         Ok(())

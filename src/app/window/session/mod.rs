@@ -174,7 +174,7 @@ impl Session {
         let presenter = Presenter::open(&settings, Arc::<Window>::clone(&window));
         let presenter = FrameCapture::opened(capture.as_ref(), presenter)?;
         let size = window.inner_size();
-        let layers = presenter.gpu().report().limits.array_layers;
+        let limits = presenter.gpu().report().limits;
         let wanted = Wanted {
             path: settings.scene.file.clone(),
             scene_name: settings.scene.scene_name.clone(),
@@ -183,7 +183,7 @@ impl Session {
             environment: settings.environment.clone(),
             is_again: false,
         };
-        let loading = Some(Loading::start(wanted, layers)?);
+        let loading = Some(Loading::start(wanted, limits)?);
         let now = Instant::now();
         // A script finds the same window every time.
         let recent = if script.is_over() { Recent::of_user() } else { Recent::default() };

@@ -94,7 +94,7 @@ impl Session {
             environment: asked.clone(),
             is_again: true,
         };
-        let started = Loading::start(wanted, self.presenter.gpu().report().limits.array_layers);
+        let started = Loading::start(wanted, self.presenter.gpu().report().limits);
         self.loading = self.recover(started)?;
         Ok(())
     }

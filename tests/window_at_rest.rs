@@ -148,7 +148,7 @@ fn settings_change_while_lights_are_measured() {
     let folder = tempfile::tempdir().unwrap();
     // The device refuses so many lights, which is known only once they have been measured.
     let script = "at 1s set vpls 60000\nat 1.05s set vpls 30000\nat 4s set vpls 500000000\nat 25s set vpls 20000\n\
-                  at 25s set alpha 0.5\nat 27s render last\nat 50s quit\n";
+                  at 25s set alpha 0.5\nat 27s render last\nat 28s quit\n";
     let run = run(with_script(&display, folder.path(), script, "--size 64x36 --render-scale 1 --camera court"));
     assert_clean(&run);
     assert!(run.stderr.contains("--vpls 500000000 does not fit this device"), "{}", run.stderr);

@@ -218,7 +218,8 @@ impl TechniqueShape for LghShape {
     }
 
     fn inspector_tables(&self, pixel: &InspectedPixel) -> Vec<InspectorTable> {
-        inspector::tables(self, pixel)
+        // Most pixels have no lights and samples of their own there, and `passes::add` lets none be inspected.
+        if self.indirect_size == IndirectSize::Half { Vec::new() } else { inspector::tables(self, pixel) }
     }
 
     fn is_interleaved(&self) -> bool {

@@ -127,15 +127,25 @@ fn scene_files_that_are_wrong() {
         document["textures"] = json!([{"source": 0}]);
         document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": 0});
     });
-    place.scene("texture.glb", &textured, &["gone.png", "No such file"]);
+    place.warns("texture.glb", &textured, &["gone.png", "No such file", "left out"]);
     place.write("gone.png", noise(1, 100));
-    place.scene("texture.glb", &textured, &["gone.png", "unreadable"]);
+    place.warns("texture.glb", &textured, &["gone.png", "unreadable", "left out"]);
     let (mut document, _) = quad();
     document["buffers"][0]["uri"] = json!("gone.bin");
     place.scene("buffer.gltf", document.to_string(), &["gone.bin", "No such file"]);
 }
 
 impl Place {
+    /// The scene is rendered, and one warning says this.
+    fn warns(&self, name: &str, bytes: &[u8], words: &[&str]) {
+        let mut command = self.command();
+        command.arg(self.write(name, bytes)).args(["--technique", "direct", "--environment", "1,1,1"]);
+        command.arg("--output").arg(self.path("rendered.exr"));
+        let run = run(command);
+        assert_eq!((run.code, run.stderr.lines().count()), (Some(0), 1), "{}", run.stderr);
+        assert!(words.iter().all(|word| run.stderr.contains(word)), "{}", run.stderr);
+    }
+
     /// Points and lines are left out with a warning; what remains has no triangles.
     fn renders_nothing(&self, name: &str, bytes: &[u8]) {
         let mut command = self.command();

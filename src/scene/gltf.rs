@@ -101,8 +101,8 @@ pub fn load_scene_of(name: &str, glb: &[u8], scene: &str, progress: &dyn Fn(&str
 fn assemble(name: &str, document: &Document, progress: &dyn Fn(&str, u64, u64)) -> Result<Scene> {
     let mut found = walk(document)?;
     let mut motion = Motion::read(document, &found)?;
-    let mappings = mappings(document)?;
-    let (mut materials, images) = materials(document, &mappings)?;
+    let mappings = mappings(document);
+    let (mut materials, images) = materials(document, &mappings);
     let geometry = gather(document, &found, Geometry::new(&materials, &mappings), &mut motion, progress)?;
     let textures = decode_images(document, &images, &mut materials, progress)?;
     let Geometry { mut vertices, mut tangents, corners, has_colors, .. } = geometry;
@@ -239,6 +239,10 @@ mod robustness;
 #[cfg(test)]
 #[path = "gltf_case_tests.rs"]
 mod case_tests;
+
+#[cfg(test)]
+#[path = "gltf_parts_tests.rs"]
+mod parts_tests;
 
 #[cfg(all(test, feature = "codecs"))]
 #[path = "gltf_extension_tests.rs"]

@@ -1,7 +1,7 @@
 //! The bytes behind a glTF: external files, data URIs and buffer views, all ranges checked.
 
 use std::borrow::Cow;
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -16,8 +16,10 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::gltf_lenient::Lenient;
+use super::gltf_notes::{Noted, Thing};
+use super::gltf_parts::WrongPart;
 use super::gltf_pointers::Pointers;
-use super::{gltf_draco, gltf_extensions, gltf_files, gltf_glb, gltf_json, gltf_meshopt};
+use super::{gltf_draco, gltf_files, gltf_glb, gltf_json, gltf_meshopt};
 use crate::{Error, Result};
 
 /// A parsed glTF with its buffers in memory. Nothing in it has been validated beyond what each method checks.
@@ -31,12 +33,8 @@ pub(super) struct Document<'a> {
     buffers: Vec<Cow<'a, [u8]>>,
     /// What compressed buffer views hold and what has been decompressed for others, by the index of the view.
     decompressed: HashMap<usize, Vec<u8>>,
-    /// What the file has that is not rendered, each kind once.
-    ignored: RefCell<Vec<String>>,
-    /// What is wrong with the file and was read as it is meant, each kind once.
-    mended: RefCell<Vec<&'static str>>,
-    /// Other warnings, each once.
-    warnings: RefCell<Vec<String>>,
+    /// What is to be said of how it was read.
+    pub notes: Noted,
     /// Numbers of animations, skins and morph targets that have been read.
     pub moving_numbers: Cell<u64>,
 }
@@ -51,7 +49,7 @@ impl<'a> Document<'a> {
         progress: &dyn Fn(&str, u64, u64),
     ) -> Result<Self> {
         let gltf_glb::Parts { text, chunk, faults } = gltf_glb::split(path, bytes)?;
-        let (root, pointers) = gltf_json::parse(path, text)?;
+        let gltf_json::Parsed { root, pointers, wrong_parts } = gltf_json::parse(path, text)?;
         let mut document = Self {
             path: path.to_path_buf(),
             base,
@@ -59,12 +57,13 @@ impl<'a> Document<'a> {
             pointers,
             buffers: Vec::new(),
             decompressed: HashMap::new(),
-            ignored: RefCell::default(),
-            mended: RefCell::default(),
-            warnings: RefCell::default(),
+            notes: Noted::default(),
             moving_numbers: Cell::default(),
         };
         faults.into_iter().for_each(|fault| document.mend(fault));
+        for WrongPart { thing, fault, is_lost } in wrong_parts {
+            if is_lost { document.leave_out(thing, fault) } else { document.fault(thing, fault) }
+        }
         let compressed = gltf_meshopt::compressed_views(&document)?;
         let placeholders = gltf_meshopt::placeholders(&document.root, &compressed);
         let total = document.root.buffers.len() as u64;
@@ -99,45 +98,9 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    /// Notes something that the file has and that is not rendered.
-    pub fn ignore(&self, what: impl Into<String>) {
-        let (what, mut ignored) = (what.into(), self.ignored.borrow_mut());
-        if !ignored.contains(&what) {
-            ignored.push(what);
-        }
-    }
-
-    /// Notes something that is wrong with the file and was read as it is meant.
-    pub fn mend(&self, fault: &'static str) {
-        let mut mended = self.mended.borrow_mut();
-        if !mended.contains(&fault) {
-            mended.push(fault);
-        }
-    }
-
-    /// Notes a sentence about the file.
-    pub fn warn(&self, sentence: String) {
-        let mut warnings = self.warnings.borrow_mut();
-        if !warnings.contains(&sentence) {
-            warnings.push(sentence);
-        }
-    }
-
-    /// What is to be said of how the file was read, a sentence each.
-    pub fn remarks(&self) -> Vec<String> {
-        let path = self.path.display();
-        let list = |what: &str, items: &[String]| {
-            (!items.is_empty()).then(|| format!("{what} of {path}: {}", items.join(", ")))
-        };
-        let mended: Vec<String> = self.mended.borrow().iter().map(ToString::to_string).collect();
-        let unread = gltf_extensions::unread(self.root.extensions_used.iter().map(String::as_str));
-        let unread = unread.into_iter().map(|sentence| format!("{path}: {sentence}"));
-        list("mended while reading", &mended)
-            .into_iter()
-            .chain(unread)
-            .chain(self.warnings.borrow().clone())
-            .chain(list("not rendered", &self.ignored.borrow()))
-            .collect()
+    /// The file, as messages name it.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The object of an extension that `what` may have.
@@ -150,6 +113,17 @@ impl<'a> Document<'a> {
         let Some(object) = extensions.and_then(|extensions| extensions.get(name)) else { return Ok(None) };
         let read = T::deserialize(Lenient::new(object));
         read.map(Some).map_err(|e| self.error(format_args!("{what} has a broken {name}: {e}")))
+    }
+
+    /// The object of an extension that a thing may have, and can do without.
+    pub fn spare_extension<T: DeserializeOwned>(
+        &self,
+        thing: Thing,
+        extensions: Option<&Map<String, Value>>,
+        name: &str,
+    ) -> Option<T> {
+        let read = T::deserialize(Lenient::new(extensions?.get(name)?));
+        read.map_err(|e| self.fault(thing, format!("has a broken {name}, which is ignored: {e}"))).ok()
     }
 
     /// An error about this file.

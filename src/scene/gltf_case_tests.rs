@@ -260,20 +260,6 @@ fn lights_may_be_shared_and_have_sharp_cones() {
 }
 
 #[test]
-fn cameras_need_no_far_plane() {
-    let lens = json!({"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 9, "znear": 0}});
-    let other = json!({"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}});
-    let scene = read(
-        |_, _| (),
-        json!({"cameras": [lens, other], "scenes": [{"nodes": [0, 1, 2]}],
-        "nodes": [{"mesh": 0}, {"camera": 0, "name": "parallel"}, {"camera": 1, "name": "eye"}]}),
-    )
-    .unwrap();
-    let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
-    assert_eq!(names, ["parallel", "eye"]);
-}
-
-#[test]
 fn files_without_base64_and_with_unknown_chunks() {
     let bytes: Vec<u8> = bytemuck::cast_slice(&POSITIONS[..3]).to_vec();
     let percent: String = bytes.iter().map(|byte| format!("%{byte:02X}")).collect();

@@ -8,17 +8,19 @@ use glam::{Mat4, Quat, Vec3};
 use serde::Deserialize;
 
 use super::gltf_buffers::Document;
+use super::gltf_notes::Thing;
 use crate::Result;
 
 /// Whether `KHR_node_visibility` leaves the node and its children visible.
-pub(super) fn is_visible(document: &Document, i: usize, node: &Node) -> Result<bool> {
+pub(super) fn is_visible(document: &Document, i: usize, node: &Node) -> bool {
     #[derive(Deserialize)]
     struct Visibility {
         visible: Option<bool>,
     }
     let others = node.extensions.as_ref().map(|e| &e.others);
-    let found = document.extension::<Visibility>(&format_args!("node {i}"), others, "KHR_node_visibility")?;
-    Ok(found.and_then(|found| found.visible).unwrap_or(true))
+    let thing = Thing::new("node", i, node.name.as_ref());
+    let found = document.spare_extension::<Visibility>(thing, others, "KHR_node_visibility");
+    found.and_then(|found| found.visible).unwrap_or(true)
 }
 
 /// The places of the node's mesh, relative to the node, where it has `EXT_mesh_gpu_instancing`.

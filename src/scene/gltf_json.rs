@@ -4,11 +4,12 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use ::gltf::json::Root;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
 use super::gltf_extensions::check_required;
 use super::gltf_lenient::Lenient;
+use super::gltf_parts::{self, WrongPart};
 use super::gltf_pointers::Pointers;
 use crate::{Error, Result};
 
@@ -21,22 +22,46 @@ struct Head {
     animations: Option<Value>,
 }
 
-/// Parses the JSON text, without byte order mark and padding. A key whose value is `null` counts as left out. A wrong version and a required extension that is not read are
-/// found before anything else. Pointers of animations, which the types of the `gltf` crate lack, come beside it.
+/// What the JSON of a file holds.
+pub(super) struct Parsed {
+    /// As the `gltf` crate has it.
+    pub root: Root,
+    /// Pointers of animations, which the crate's types lack.
+    pub pointers: Pointers,
+    /// What was wrong with parts that the scene can do without, and is not in `root`.
+    pub wrong_parts: Vec<WrongPart>,
+}
+
+/// Parses the JSON text, without byte order mark and padding. A key whose value is `null` counts as left out. A wrong
+/// version and a required extension that is not read are found before anything else.
 ///
 /// # Errors
 /// [`Error::File`] in one sentence.
-pub(super) fn parse(path: &Path, text: &[u8]) -> Result<(Root, Pointers)> {
+pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Parsed> {
     let text = &without_nulls(text);
     let broken = |reason: &dyn std::fmt::Display| Error::file(path, format_args!("the glTF JSON is broken: {reason}"));
     let head: Head = serde_json::from_slice(text).map_err(|e| broken(&e))?;
     check_version(head.asset.as_ref()).map_err(|reason| Error::file(path, reason))?;
     check_required(&strings(head.extensions_required.as_ref())).map_err(|reason| Error::file(path, reason))?;
-    let mut json = serde_json::Deserializer::from_slice(text);
+    let pointers = Pointers::of(head.animations.as_ref());
+    let reason = match root(&mut serde_json::Deserializer::from_slice(text)) {
+        Ok(root) => return Ok(Parsed { root, pointers, wrong_parts: Vec::new() }),
+        Err(reason) => reason,
+    };
+    let mut file: Value = serde_json::from_slice(text).map_err(|e| broken(&e))?;
+    let wrong_parts = gltf_parts::take_out_wrong(&mut file);
+    if wrong_parts.is_empty() {
+        return Err(broken(&reason));
+    }
+    let root = root(&file).map_err(|reason| broken(&reason))?;
+    Ok(Parsed { root, pointers, wrong_parts })
+}
+
+/// All that the file holds, or what is wrong and where.
+fn root<'de, D: Deserializer<'de>>(json: D) -> std::result::Result<Root, String> {
     let mut track = serde_path_to_error::Track::new();
-    let tracked = serde_path_to_error::Deserializer::new(Lenient::new(&mut json), &mut track);
-    let root = Root::deserialize(tracked).map_err(|e| broken(&format_args!("{}: {e}", track.path())))?;
-    Ok((root, Pointers::of(head.animations.as_ref())))
+    let tracked = serde_path_to_error::Deserializer::new(Lenient::new(json), &mut track);
+    Root::deserialize(tracked).map_err(|e| format!("{}: {e}", track.path()))
 }
 
 /// The text with members of objects that are `null` blank, so that what follows keeps its line and column.

@@ -33,9 +33,14 @@ enum Stand {
 }
 
 /// By the name of the crate's struct.
-const MISSING: [(&str, &[Field]); 2] = [
+const MISSING: [(&str, &[Field]); 3] = [
     ("Scene", &[Field { name: "nodes", value: Stand::EmptyList }]),
     ("Target", &[Field { name: "node", value: Stand::NoIndex }]),
+    // Two structs of this name: the list of the file, and the light of a node.
+    (
+        "KhrLightsPunctual",
+        &[Field { name: "lights", value: Stand::EmptyList }, Field { name: "light", value: Stand::NoIndex }],
+    ),
 ];
 
 /// What kind of value is asked for.

@@ -7,8 +7,9 @@ use glam::{Mat4, Vec3};
 
 use super::Light;
 use super::gltf_buffers::Document;
+use super::gltf_lenient::NO_INDEX;
 use super::gltf_nodes::forward;
-use crate::Result;
+use super::gltf_notes::Thing;
 
 /// What of a light animations change.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,12 @@ impl LightParts {
     /// Color times intensity.
     pub fn power(&self) -> Vec3 {
         self.color * self.intensity
+    }
+
+    /// Whether the cone angles are those of a spot light.
+    fn has_cone(&self) -> bool {
+        let (inner, outer) = (self.inner_cone_angle_rad, self.outer_cone_angle_rad);
+        inner >= 0.0 && outer > 0.0 && outer <= std::f32::consts::FRAC_PI_2 + 1e-5
     }
 
     /// Cosines of the inner and outer cone angles, the outer one strictly smaller.
@@ -83,27 +90,40 @@ pub(super) fn lights<'a>(document: &'a Document<'_>) -> &'a [JsonLight] {
     extension.map_or(&[], |extension| &extension.lights)
 }
 
-/// The light that a node carries, and its index in the file.
-pub(super) fn light(document: &Document, node: &Node, world: &Mat4) -> Result<Option<(Light, usize)>> {
-    let reference = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
-    let Some(index) = reference.map(|r| r.light.value()) else { return Ok(None) };
+/// The light that a node carries, and its index in the file. One that cannot be used is left out.
+pub(super) fn light(document: &Document, (i, node): (usize, &Node), world: &Mat4) -> Option<(Light, usize)> {
+    let reference = node.extensions.as_ref()?.khr_lights_punctual.as_ref()?;
+    let index = reference.light.value();
     let Some(light) = lights(document).get(index) else {
-        return Err(document.error(format_args!("light {index} does not exist")));
+        let why = match index == NO_INDEX as usize {
+            true => "it does not say which".to_owned(),
+            false => format!("light {index} does not exist"),
+        };
+        document.fault(Thing::new("node", i, node.name.as_ref()), format!("is read without its light: {why}"));
+        return None;
     };
+    let thing = Thing::new("light", index, light.name.as_ref());
     let parts = LightParts::of(light);
     let power = parts.power();
     if !power.is_finite() || power.min_element() < 0.0 {
-        return Err(document.error(format_args!("light {index} has an intensity that is negative or not finite")));
+        document.leave_out(thing, "its intensity or its colour is negative or not finite");
+        return None;
     }
     let (position_ws, direction_ws) = (world.w_axis.truncate(), forward(world));
     let light = match light.type_ {
         Checked::Valid(LightType::Directional) => Light::Directional { direction_ws, irradiance: power },
         Checked::Valid(LightType::Point) => Light::Point { position_ws, intensity: power },
         Checked::Valid(LightType::Spot) => {
+            if !parts.has_cone() {
+                document.fault(thing, "has cone angles that no spot light has: the nearest are taken");
+            }
             let (inner_cos, outer_cos) = parts.cone();
             Light::Spot { position_ws, direction_ws, intensity: power, inner_cos, outer_cos }
         }
-        Checked::Invalid => return Err(document.error(format_args!("light {index} has an unknown type"))),
+        Checked::Invalid => {
+            document.leave_out(thing, "its type is neither directional nor point nor spot");
+            return None;
+        }
     };
-    Ok(Some((light, index)))
+    Some((light, index))
 }

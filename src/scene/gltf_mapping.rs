@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::gltf_buffers::Document;
-use crate::Result;
+use super::gltf_notes::Thing;
 
 /// The texture coordinates of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,19 +62,19 @@ impl Slot {
         Self { texture: info.index, set: info.tex_coord, extensions }
     }
 
-    /// How the texture lies.
-    pub fn mapping(&self, document: &Document, material: usize) -> Result<Mapping> {
-        let what = format_args!("material {material}");
-        let found = document.extension::<Transform>(&what, Some(&self.extensions), "KHR_texture_transform")?;
-        let Some(Transform { offset, rotation, scale, tex_coord }) = found else {
-            return Ok(Mapping { set: self.set, ..Mapping::default() });
-        };
+    /// How the texture of a material lies.
+    pub fn mapping(&self, document: &Document, material: &Thing) -> Mapping {
+        let plain = Mapping { set: self.set, ..Mapping::default() };
+        let name = "KHR_texture_transform";
+        let found = document.spare_extension::<Transform>(material.clone(), Some(&self.extensions), name);
+        let Some(Transform { offset, rotation, scale, tex_coord }) = found else { return plain };
         // Counter-clockwise as the texture is seen, with v downwards.
         let transform = Affine2::from_scale_angle_translation(scale.into(), -rotation, offset.into());
         if !transform.is_finite() {
-            return Err(document.error(format_args!("material {material} has a texture transform that is not finite")));
+            document.fault(material.clone(), "has a texture transform that is not finite, which is ignored");
+            return plain;
         }
-        Ok(Mapping { set: tex_coord.unwrap_or(self.set), uv_from_set: transform })
+        Mapping { set: tex_coord.unwrap_or(self.set), uv_from_set: transform }
     }
 }
 

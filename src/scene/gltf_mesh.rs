@@ -12,6 +12,7 @@ use glam::{Mat3, Mat4, Vec3, Vec4};
 use super::gltf_buffers::Document;
 use super::gltf_mapping::Mapping;
 use super::gltf_nodes::Instance;
+use super::gltf_notes::Thing;
 use super::gltf_tangents::{CornerTangents, usable};
 use super::motion::{Body, Motion};
 use super::octahedral::{NO_TANGENT, pack_octahedral, pack_tangent};
@@ -110,7 +111,7 @@ impl Geometry {
         };
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let what = format!("mesh {m}, primitive {p}");
-            let material = self.material_of(document, &what, primitive)?;
+            let material = self.material_of(document, m, primitive);
             let Checked::Valid(mode) = primitive.mode else {
                 return Err(document.error(format_args!("{what} has an unknown mode")));
             };
@@ -137,14 +138,15 @@ impl Geometry {
         Ok(())
     }
 
-    /// The material of a primitive; the last of all where it names none.
-    pub fn material_of(&self, document: &Document, what: &str, primitive: &Primitive) -> Result<usize> {
+    /// The material of a primitive of this mesh; the last of all where it names none that there is.
+    pub fn material_of(&self, document: &Document, mesh: usize, primitive: &Primitive) -> usize {
         let no_material = self.corners.len() - 1;
-        let material = primitive.material.map_or(no_material, |material| material.value());
-        if material > no_material || (primitive.material.is_some() && material == no_material) {
-            return Err(document.error(format_args!("{what} refers to material {material}, which does not exist")));
+        let Some(material) = primitive.material.map(|material| material.value()) else { return no_material };
+        if material >= no_material {
+            let thing = Thing::new("mesh", mesh, document.root.meshes[mesh].name.as_ref());
+            document.fault(thing, format!("has the default material, as material {material} does not exist"));
         }
-        Ok(material)
+        material.min(no_material)
     }
 
     /// Reads a primitive of triangles with a material that looks like this.

@@ -2,12 +2,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use ::gltf::json::camera::Type as CameraType;
 use ::gltf::json::scene::Node;
-use ::gltf::json::validation::Checked;
 use glam::{Mat4, Quat, Vec3};
 
 use super::gltf_buffers::Document;
+use super::gltf_cameras::camera;
 use super::gltf_instancing::{is_visible, places};
 use super::gltf_lights::light;
 use super::motion::{LightProperty, Property, Target};
@@ -17,8 +16,6 @@ use crate::environment::{DEFAULT_DIRECTION_TO_SUN, DEFAULT_SUN_IRRADIANCE};
 
 /// The most meshes that may be placed: few bytes suffice to place one very often.
 const MAX_INSTANCES: usize = 1 << 22;
-/// Half heights of parallel views end here, in metres.
-const MOST_HALF_HEIGHT: f32 = 1e9;
 
 /// One mesh placed in the world.
 pub(super) struct Instance {
@@ -116,7 +113,7 @@ pub(super) fn walk(document: &Document) -> Result<Found> {
         if !world.is_finite() {
             return Err(document.error(format_args!("node {i} has a transform that is not finite")));
         }
-        let own = is_visible(document, i, node)?;
+        let own = is_visible(document, i, node);
         let now = parent_is_visible[0] && own;
         let ever = parent_is_visible[1] && (own || changes.visibilities.contains(&i));
         if let Some(mesh) = node.mesh.filter(|_| ever) {
@@ -127,12 +124,12 @@ pub(super) fn walk(document: &Document) -> Result<Found> {
             let instance = |place: Mat4| Instance { mesh: mesh.value(), node: i, place, world: world * place };
             found.instances.extend(places.into_iter().map(instance));
         }
-        if let Some((camera, half_height)) = camera(document, node, &world, found.cameras.len(), &mut names)? {
+        if let Some((camera, half_height)) = camera(document, (i, node), &world, found.cameras.len(), &mut names) {
             found.parallel.extend(half_height.map(|half_height| (found.cameras.len(), half_height)));
             found.cameras.push(camera);
             found.camera_sources.push(Source { node: i, index: node.camera.map_or(0, |camera| camera.value()) });
         }
-        if let Some((light, index)) = light(document, node, &world)?.filter(|_| ever) {
+        if let Some((light, index)) = light(document, (i, node), &world).filter(|_| ever) {
             if light.is_dark() && !changes.lights.contains(&index) {
                 found.is_dark = true;
             } else {
@@ -176,86 +173,6 @@ pub(super) fn local_transform(node: &Node) -> Option<Mat4> {
     let scale = node.scale.map_or(Vec3::ONE, Vec3::from_array);
     let translation = node.translation.map_or(Vec3::ZERO, Vec3::from_array);
     Some(Mat4::from_scale_rotation_translation(scale, rotation / length, translation))
-}
-
-/// What a camera's picture is like: its field of view in radians or half its height in metres, and its near plane.
-enum Lens {
-    Perspective { yfov_rad: f32, near: f32 },
-    Parallel { half_height: f32, near: f32 },
-}
-
-fn lens(document: &Document, index: usize) -> Result<Option<Lens>> {
-    let Some(camera) = document.root.cameras.get(index) else {
-        return Err(document.error(format_args!("camera {index} does not exist")));
-    };
-    match (&camera.type_, &camera.perspective, &camera.orthographic) {
-        (Checked::Valid(CameraType::Perspective), Some(lens), _) => {
-            let yfov_rad = lens.yfov;
-            if !(yfov_rad > 0.0 && yfov_rad < std::f32::consts::PI) {
-                let wrong = format_args!("camera {index} has the field of view {yfov_rad}, not within 0 and pi");
-                return Err(document.error(wrong));
-            }
-            let near = if lens.znear.is_finite() && lens.znear > 0.0 { lens.znear } else { 0.01 };
-            Ok(Some(Lens::Perspective { yfov_rad, near }))
-        }
-        (Checked::Valid(CameraType::Orthographic), _, Some(lens)) => {
-            // A mirrored view is one that is turned by half a circle, which nothing here needs.
-            let half_height = lens.ymag.abs();
-            if !(half_height > 0.0 && half_height < MOST_HALF_HEIGHT) {
-                let wrong = format_args!("camera {index} has a ymag of {half_height}: no picture has that height");
-                return Err(document.error(wrong));
-            }
-            document.ignore("the parallel views of orthographic cameras (seen from far away instead)");
-            let near = if lens.znear.is_finite() { lens.znear.max(0.0) } else { 0.0 };
-            Ok(Some(Lens::Parallel { half_height, near }))
-        }
-        _ => {
-            document.ignore("cameras without a lens");
-            Ok(None)
-        }
-    }
-}
-
-/// The camera of a node, if it has one, and for parallel views half the height of the picture.
-fn camera(
-    document: &Document,
-    node: &Node,
-    world: &Mat4,
-    number: usize,
-    names: &mut HashMap<String, u32>,
-) -> Result<Option<(Camera, Option<f32>)>> {
-    let Some(index) = node.camera.map(|c| c.value()) else { return Ok(None) };
-    let Some(lens) = lens(document, index)? else { return Ok(None) };
-    let (yfov_rad, near, half_height) = match lens {
-        Lens::Perspective { yfov_rad, near } => (yfov_rad, near, None),
-        Lens::Parallel { half_height, near } => (1.0, near, Some(half_height)),
-    };
-    let of_camera = || document.root.cameras[index].name.clone();
-    let wanted = node.name.clone().or_else(of_camera).unwrap_or_else(|| format!("camera {number}"));
-    let (right_ws, up_ws, forward_ws) = frame(world);
-    let (name, position_ws) = (unique(&wanted, names), world.w_axis.truncate());
-    let camera = Camera { name, position_ws, right_ws, up_ws, forward_ws, yfov_rad, near, set_back: 0.0 };
-    Ok(Some((camera, half_height)))
-}
-
-/// `wanted`, or with the first free number behind it. `names` maps a name to the next number to try.
-fn unique(wanted: &str, names: &mut HashMap<String, u32>) -> String {
-    let mut name = wanted.to_owned();
-    while names.contains_key(&name) {
-        let number = names.entry(wanted.to_owned()).or_insert(2);
-        name = format!("{wanted} {number}");
-        *number += 1;
-    }
-    names.insert(name.clone(), 2);
-    name
-}
-
-/// Right, up and forward of a camera at this transform: orthonormal and right-handed, whatever its scale.
-pub(super) fn frame(world: &Mat4) -> (Vec3, Vec3, Vec3) {
-    let forward = forward(world);
-    let up = world.y_axis.truncate().normalize_or(Vec3::Y);
-    let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-    (right, right.cross(forward), forward)
 }
 
 /// The unit -z axis of a node.

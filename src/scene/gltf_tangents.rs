@@ -51,7 +51,7 @@ impl Geometry {
         for (m, mesh) in placed.filter_map(|m| Some((m, document.root.meshes.get(m)?))) {
             for (p, primitive) in mesh.primitives.iter().enumerate() {
                 let what = format!("mesh {m}, primitive {p}");
-                let look = self.looks[self.material_of(document, &what, primitive)?];
+                let look = self.looks[self.material_of(document, m, primitive)];
                 if let Checked::Valid(mode) = primitive.mode
                     && has_triangles(mode)
                     && primitive.targets.is_none()

@@ -73,6 +73,12 @@ pub(super) fn open(glb: &[u8]) -> Result<Scene> {
     load_bytes("test.glb", glb, &|_, _, _| ())
 }
 
+/// The scene, and what is said of how it was read.
+pub(super) fn open_and_tell(glb: &[u8]) -> Result<(Scene, Vec<String>)> {
+    let document = Document::parse(Path::new("test.glb"), None, glb, &|_, _, _| ())?;
+    assemble("test.glb", &document, &|_, _, _| ()).map(|scene| (scene, document.remarks()))
+}
+
 fn normal(scene: &Scene, corner: usize) -> Vec3 {
     unpack_octahedral(scene.vertices[scene.indices[corner] as usize].normal_oct)
 }

@@ -12,8 +12,9 @@ use serde::Deserialize;
 use super::gltf_buffers::Document;
 use super::gltf_files;
 use super::gltf_images::{announced_bytes, decode_image};
+use super::gltf_notes::Thing;
 use super::{Material, Texture};
-use crate::Result;
+use crate::{Error, Result};
 
 /// The most that all textures may take as texels, in bytes: well-packed files hold a thousand times their length.
 const MAX_TEXTURE_BYTES: u64 = 16 << 30;
@@ -27,17 +28,8 @@ const IMAGE_EXTENSIONS: [&str; 2] = ["EXT_texture_webp", "MSFT_texture_dds"];
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct ImageUse {
     image: usize,
-    otherwise: Otherwise,
-}
-
-/// What takes the place of an image that cannot be read.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Otherwise {
-    /// The scene is not read.
-    Error,
-    /// The material goes without the texture.
-    Nothing,
-    Image(usize),
+    /// The image that takes its place if it cannot be read.
+    otherwise: Option<usize>,
 }
 
 /// Images in the order of first use.
@@ -56,55 +48,50 @@ impl Images {
     }
 }
 
-/// The image behind a texture, if it has one.
-pub(super) fn image_of(document: &Document, material: usize, index: Index<JsonTexture>) -> Result<Option<ImageUse>> {
+/// The image behind a texture of a material, if it has one.
+pub(super) fn image_of(document: &Document, material: &Thing, index: Index<JsonTexture>) -> Option<ImageUse> {
     let i = index.value();
     let Some(texture) = document.root.textures.get(i) else {
-        return Err(document.error(format_args!("material {material} refers to texture {i}, which does not exist")));
+        document.fault(material.clone(), format!("is read without texture {i}, which does not exist"));
+        return None;
     };
-    let plain = plain_source(document, i, texture)?;
-    let is_required = document.root.extensions_required.iter().any(|name| name == PREFERRED);
-    let found = match extension_source(document, i, texture, PREFERRED)? {
-        Some(image) => {
-            let otherwise = match plain {
-                Some(plain) => Otherwise::Image(plain),
-                None if is_required => Otherwise::Error,
-                None => Otherwise::Nothing,
-            };
-            Some(ImageUse { image, otherwise })
+    let thing = Thing::new("texture", i, texture.name.as_ref());
+    let exists = |image: &usize| {
+        let exists = *image < document.root.images.len();
+        if !exists {
+            document.fault(thing.clone(), format!("is read without image {image}, which does not exist"));
         }
-        None => plain.map(|image| ImageUse { image, otherwise: Otherwise::Error }),
+        exists
     };
-    for image in found.iter().map(|found| found.image).chain(plain) {
-        if image >= document.root.images.len() {
-            return Err(document.error(format_args!("texture {i} refers to image {image}, which does not exist")));
-        }
+    let plain = plain_source(document, &thing, texture);
+    let preferred = extension_source(document, &thing, texture, PREFERRED);
+    if plain.or(preferred).is_none() {
+        document.ignore("textures without an image that can be read");
     }
-    Ok(found)
+    let plain = plain.filter(exists);
+    match preferred.filter(exists) {
+        Some(image) => Some(ImageUse { image, otherwise: plain }),
+        None => plain.map(|image| ImageUse { image, otherwise: None }),
+    }
 }
 
 /// A texture's own image, or else that of an extension.
-fn plain_source(document: &Document, i: usize, texture: &JsonTexture) -> Result<Option<usize>> {
+fn plain_source(document: &Document, thing: &Thing, texture: &JsonTexture) -> Option<usize> {
     let own = texture.source.value();
     if own != u32::MAX as usize {
-        return Ok(Some(own));
+        return Some(own);
     }
-    for name in IMAGE_EXTENSIONS {
-        if let Some(source) = extension_source(document, i, texture, name)? {
-            return Ok(Some(source));
-        }
-    }
-    Ok(None)
+    IMAGE_EXTENSIONS.iter().find_map(|name| extension_source(document, thing, texture, name))
 }
 
-fn extension_source(document: &Document, i: usize, texture: &JsonTexture, name: &str) -> Result<Option<usize>> {
+fn extension_source(document: &Document, thing: &Thing, texture: &JsonTexture, name: &str) -> Option<usize> {
     #[derive(Deserialize)]
     struct Source {
         source: Option<u32>,
     }
     let others = texture.extensions.as_ref().map(|e| &e.others);
-    let found = document.extension::<Source>(&format_args!("texture {i}"), others, name)?;
-    Ok(found.and_then(|found| found.source).map(|source| source as usize))
+    let found = document.spare_extension::<Source>(thing.clone(), others, name);
+    found.and_then(|found| found.source).map(|source| source as usize)
 }
 
 /// Decodes the images, byte-identical files once, and points the materials at the result.
@@ -116,15 +103,19 @@ pub(super) fn decode_images(
 ) -> Result<Vec<Texture>> {
     let mut decoded = Decoded::default();
     decoded.add(document, images.iter().map(|item| item.image), progress)?;
-    let in_place_of = |item: &ImageUse| match item.otherwise {
-        Otherwise::Image(other) if decoded.slots[&item.image].is_err() => Some(other),
-        _ => None,
-    };
+    let in_place_of = |item: &ImageUse| item.otherwise.filter(|_| decoded.slots[&item.image].is_err());
     let others: Vec<usize> = images.iter().filter_map(in_place_of).collect();
     decoded.add(document, others.into_iter(), progress)?;
-    let slots = images.iter().map(|item| decoded.take(document, *item)).collect::<Result<Vec<_>>>()?;
-    for texture in materials.iter_mut().flat_map(textures_of) {
-        *texture = texture.and_then(|slot| slots[slot as usize]);
+    let slots: Vec<Option<u32>> = images.iter().map(|item| decoded.take(document, *item)).collect();
+    for material in materials {
+        let shines_by_texture = material.emission_texture.is_some();
+        for texture in textures_of(material) {
+            *texture = texture.and_then(|slot| slots[slot as usize]);
+        }
+        // Where a surface shines is not known without the texture that says so.
+        if shines_by_texture && material.emission_texture.is_none() {
+            material.emission = [0.0; 3];
+        }
     }
     Ok(decoded.textures)
 }
@@ -134,7 +125,7 @@ pub(super) fn decode_images(
 struct Decoded {
     textures: Vec<Texture>,
     /// By image, its texture or why there is none.
-    slots: HashMap<usize, Result<u32>>,
+    slots: HashMap<usize, std::result::Result<u32, String>>,
     announced_bytes: u64,
 }
 
@@ -151,7 +142,7 @@ impl Decoded {
         for image in images.filter(|image| known.insert(*image)) {
             match read_image(document, image) {
                 Ok((name, bytes)) => encoded.push((image, name, bytes)),
-                Err(error) => drop(self.slots.insert(image, Err(error))),
+                Err(why) => drop(self.slots.insert(image, Err(why))),
             }
         }
         let mut seen: HashMap<&[u8], usize> = HashMap::new();
@@ -180,29 +171,22 @@ impl Decoded {
         });
         let results: Vec<std::result::Result<u32, String>> = results.collect();
         for ((image, name, _), place) in encoded.iter().zip(places) {
-            let unreadable = |reason| document.error(format_args!("texture `{name}` is unreadable: {reason}"));
+            let unreadable = |reason| format!("`{name}` is unreadable: {reason}");
             self.slots.insert(*image, results[place].clone().map_err(unreadable));
         }
         Ok(())
     }
 
     /// The texture of an image, or that which takes its place, with a warning.
-    fn take(&mut self, document: &Document, item: ImageUse) -> Result<Option<u32>> {
-        let error = match &self.slots[&item.image] {
-            Ok(slot) => return Ok(Some(*slot)),
-            Err(error) => error.to_string(),
+    fn take(&self, document: &Document, item: ImageUse) -> Option<u32> {
+        let why = match &self.slots[&item.image] {
+            Ok(slot) => return Some(*slot),
+            Err(why) => why,
         };
-        match item.otherwise {
-            Otherwise::Error => self.slots.remove(&item.image).transpose(),
-            Otherwise::Nothing => {
-                document.warn(format!("{error}; the texture is left out"));
-                Ok(None)
-            }
-            Otherwise::Image(other) => {
-                document.warn(format!("{error}; the other image of the texture is used"));
-                self.take(document, ImageUse { image: other, otherwise: Otherwise::Error })
-            }
-        }
+        let instead =
+            if item.otherwise.is_some() { "the other image of the texture is used" } else { "it is left out" };
+        document.unreadable_texture(format!("texture {why}; {instead}"));
+        self.take(document, ImageUse { image: item.otherwise?, otherwise: None })
     }
 }
 
@@ -239,17 +223,21 @@ fn textures_of(material: &mut Material) -> [&mut Option<u32>; 3] {
     [&mut material.base_color_texture, &mut material.normal_texture, &mut material.emission_texture]
 }
 
-/// An image's name and its file's bytes.
-fn read_image<'a>(document: &'a Document, index: usize) -> Result<(String, Cow<'a, [u8]>)> {
+/// An image's name and its file's bytes, or why there are none.
+fn read_image<'a>(document: &'a Document, index: usize) -> std::result::Result<(String, Cow<'a, [u8]>), String> {
     let image = &document.root.images[index];
     let what = format!("image {index}");
     let plain = || image.name.clone().unwrap_or_else(|| what.clone());
+    let reason = |error: Error| match error {
+        Error::File { reason, .. } => reason,
+        other => other.to_string(),
+    };
     match (&image.uri, image.buffer_view) {
         (Some(uri), _) => {
             let name = if gltf_files::data_of(uri).is_some() { plain() } else { uri.clone() };
-            Ok((name, Cow::Owned(document.fetch(&format!("texture {what}"), uri)?)))
+            Ok((name, Cow::Owned(document.fetch(&what, uri).map_err(reason)?)))
         }
-        (None, Some(view)) => Ok((plain(), Cow::Borrowed(document.view(&what, view)?.0))),
-        (None, None) => Err(document.error(format_args!("{what} has neither a uri nor a buffer view"))),
+        (None, Some(view)) => Ok((plain(), Cow::Borrowed(document.view(&what, view).map_err(reason)?.0))),
+        (None, None) => Err(format!("{what} has neither a uri nor a buffer view")),
     }
 }

@@ -10,6 +10,7 @@ pub mod emitters;
 pub mod gltf;
 mod gltf_accessors;
 mod gltf_buffers;
+mod gltf_cameras;
 #[cfg(feature = "codecs")]
 mod gltf_dds;
 #[cfg(feature = "codecs")]
@@ -28,6 +29,8 @@ mod gltf_mesh;
 #[cfg(feature = "codecs")]
 mod gltf_meshopt;
 mod gltf_nodes;
+mod gltf_notes;
+mod gltf_parts;
 mod gltf_pointers;
 mod gltf_tangents;
 mod gltf_textures;

@@ -114,7 +114,7 @@ impl Motion {
 impl Camera {
     /// The same camera where its node has gone.
     pub(in crate::scene) fn carried_to(&self, world: &Mat4) -> Self {
-        let (right_ws, up_ws, forward_ws) = super::gltf_nodes::frame(world);
+        let (right_ws, up_ws, forward_ws) = super::gltf_cameras::frame(world);
         let position_ws = world.w_axis.truncate() - forward_ws * self.set_back;
         Self { position_ws, right_ws, up_ws, forward_ws, ..self.clone() }
     }

@@ -62,7 +62,7 @@ fn hierarchy(document: &Document) -> Result<Hierarchy> {
     };
     let read = |(index, (node, parent)): (usize, (&scene::Node, Option<usize>))| {
         let rest = local_transform(node).unwrap_or(Mat4::IDENTITY);
-        let is_visible = is_visible(document, index, node)?;
+        let is_visible = is_visible(document, index, node);
         Ok(Node { parent, rest, parts: parts(node, &rest), weights: weights(node), is_visible })
     };
     Ok(Hierarchy::new(nodes.iter().zip(parents).enumerate().map(read).collect::<Result<_>>()?))

@@ -15,6 +15,8 @@ layout(set = 2, binding = 2) uniform sampler2D emission_texture;
 #endif
 
 layout(constant_id = 0) const uint CULLS_BACK_FACES = 0u;
+// Only materials without normal maps, vertex colours and cut-outs are drawn.
+layout(constant_id = 1) const uint IS_PLAIN = 0u;
 layout(push_constant) uniform Push { uint material_index; };
 
 // From the eye to the surface: neighbouring pixels differ by little, which far from the origin a position cannot show.
@@ -109,7 +111,7 @@ vec3 emission(Material material, vec3 base_color) {
 void main() {
     Material material = materials[material_index];
     vec4 base_color = material.base_color * textured_color(material.flags);
-    if ((material.flags & MATERIAL_VERTEX_COLORS) != 0u) {
+    if (IS_PLAIN == 0u && (material.flags & MATERIAL_VERTEX_COLORS) != 0u) {
         base_color *= clamp(vertex_color, 0.0, 1.0);
     }
     vec3 geometric = cross(dFdx(from_eye_ws), dFdy(from_eye_ws));
@@ -117,7 +119,7 @@ void main() {
     geometric = dot(geometric, from_eye_ws) > 0.0 ? -geometric : geometric;
     vec3 shading = dot(normal_ws, normal_ws) > 0.0 ? normalize(normal_ws) : geometric;
     shading = dot(shading, geometric) < 0.0 ? -shading : shading;
-    if ((material.flags & MATERIAL_NORMAL_MAP) != 0u) {
+    if (IS_PLAIN == 0u && (material.flags & MATERIAL_NORMAL_MAP) != 0u) {
         shading = mapped_normal(shading, material.normal_scale);
     }
 #ifdef EMISSION
@@ -128,7 +130,7 @@ void main() {
     vec3 albedo = base_color.rgb;
 #endif
     bool is_culled = CULLS_BACK_FACES != 0u && !gl_FrontFacing && (material.flags & MATERIAL_SINGLE_SIDED) != 0u;
-    if (base_color.a < material.alpha_cutoff || is_culled) {
+    if (IS_PLAIN == 0u && base_color.a < material.alpha_cutoff || is_culled) {
         discard;
     }
     out_albedo = vec4(albedo, 1.0);

@@ -3,6 +3,9 @@
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 
+// Only materials without normal maps, vertex colours and cut-outs are drawn.
+layout(constant_id = 1) const uint IS_PLAIN = 0u;
+
 layout(location = 0) in vec3 position_ws;
 layout(location = 1) in uint normal_oct;
 layout(location = 2) in vec2 uv;
@@ -57,8 +60,10 @@ void main() {
     out_from_eye_ws = position_ws - frame.eye_ws;
     out_normal_ws = unpack_octahedral(normal_oct);
     out_uv = uv;
-    out_color = color;
-    out_tangent_ws = tangent_ws();
+    if (IS_PLAIN == 0u) {
+        out_color = color;
+        out_tangent_ws = tangent_ws();
+    }
 #ifdef FINDS_MOTION
     out_previous_from_eye_ws = previous_position_ws() - frame.previous_eye_ws;
 #endif

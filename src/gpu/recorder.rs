@@ -13,7 +13,7 @@ use super::target::WindowTarget;
 use super::work::{ComputeWork, Dispatch, DrawCall, RasterDraw, RasterWork, TransferOp, Viewport, Work};
 use crate::error::Result;
 use crate::graph::{Barrier, Handle, ImageHandle, ImageLevel, MemoryBarrier, PlannedPass};
-use crate::scene::chunks::in_sight;
+use crate::scene::chunks::{Surfaces, in_sight};
 use crate::settings::TextureFilter;
 use crate::shared::FrameData;
 
@@ -359,12 +359,14 @@ fn record_draw(
             DrawCall::Indirect { buffer, offset_bytes } => {
                 device.cmd_draw_indirect(commands, frame.resources.buffer(buffer).0, offset_bytes, 1, 16);
             }
-            DrawCall::Scene { textures } => draw_scene(frame, commands, pipeline, textures, frame_data),
+            DrawCall::Scene { textures, surfaces } => {
+                draw_scene(frame, commands, pipeline, (textures, surfaces), frame_data);
+            }
         }
     }
 }
 
-/// Draws what of every material's triangles may be in sight of the frame's camera, with its textures bound.
+/// Draws what of the triangles of all `surfaces` may be in sight of the frame's camera, with the textures of each material bound.
 ///
 /// # Safety
 /// Pipeline, sets 0 and 1 and dynamic state must be bound, inside a rendering scope.
@@ -372,7 +374,7 @@ unsafe fn draw_scene(
     frame: &CompiledFrame,
     commands: vk::CommandBuffer,
     pipeline: &Pipeline,
-    textures: TextureFilter,
+    (textures, surfaces): (TextureFilter, Surfaces),
     frame_data: &[u8],
 ) {
     let Some(scene) = frame.scene() else { return };
@@ -383,7 +385,7 @@ unsafe fn draw_scene(
     unsafe {
         device.cmd_bind_vertex_buffers(commands, 0, &[scene.vertices.raw], &[0]);
         device.cmd_bind_index_buffer(commands, scene.indices.raw, 0, vk::IndexType::UINT32);
-        for draw in in_sight(&scene.chunks, &Mat4::from_cols_array_2d(&data.clip_from_world)) {
+        for draw in in_sight(&scene.chunks, surfaces, &Mat4::from_cols_array_2d(&data.clip_from_world)) {
             if bound != Some(draw.material) {
                 let set = [scene.material_set(draw.material, textures)];
                 let point = vk::PipelineBindPoint::GRAPHICS;

@@ -3,6 +3,7 @@
 use ash::vk;
 
 use crate::graph::{BufferHandle, ImageHandle, ImageLevel};
+use crate::scene::chunks::Surfaces;
 use crate::settings::TextureFilter;
 use crate::shared::DISPATCH_WIDTH;
 
@@ -254,6 +255,8 @@ pub enum DrawCall {
     Scene {
         /// How these are read.
         textures: TextureFilter,
+        /// Which of its materials are drawn.
+        surfaces: Surfaces,
     },
 }
 

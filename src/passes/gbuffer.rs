@@ -6,6 +6,7 @@ use ash::vk;
 use super::{Frame, SurfaceMotion};
 use crate::gpu::{ColorTarget, DepthTarget, DrawCall, RasterDraw, RasterState, RasterWork, Viewport, Work};
 use crate::graph::{Access, ImageHandle, Pass};
+use crate::scene::chunks::Surfaces;
 
 /// What the pass makes.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +48,7 @@ pub fn add(frame: &mut Frame) -> GBuffer {
         colors: targets.iter().map(|image| ColorTarget { target: (*image).into(), clear: Some([0; 4]) }).collect(),
         depth: Some(DepthTarget { target: gbuffer.depth.into(), clear: Some(0.0), write: true }),
         extent_px: [width, height],
-        draws: vec![draw(frame)],
+        draws: [Surfaces::Plain, Surfaces::Detailed].map(|surfaces| draw(frame, surfaces)).to_vec(),
         uses_scene: true,
     };
     let pass = Pass::new("gbuffer", Work::Raster(work))
@@ -79,7 +80,9 @@ fn declare(frame: &mut Frame) -> GBuffer {
     GBuffer { albedo, normals: normals.current, depth: depth.current, motion: Some(motion), emission }
 }
 
-fn draw(frame: &Frame) -> RasterDraw {
+/// Most materials are plain. Their pipeline reads one texture, interpolates less, and discards nothing, so that hardware may
+/// test the depth first.
+fn draw(frame: &Frame, surfaces: Surfaces) -> RasterDraw {
     let (vertex, fragment) = match frame.shape.surface_motion {
         None => ("", ""),
         Some(SurfaceMotion::Camera) => ("_motion", "_motion"),
@@ -89,7 +92,10 @@ fn draw(frame: &Frame) -> RasterDraw {
     RasterDraw {
         vertex: format!("gbuffer/draw_scene{vertex}.vert"),
         fragment: format!("gbuffer/draw_scene{fragment}{emission}.frag"),
-        constants: vec![("CULLS_BACK_FACES", frame.shape.culls_back_faces.into())],
+        constants: vec![
+            ("CULLS_BACK_FACES", frame.shape.culls_back_faces.into()),
+            ("IS_PLAIN", (surfaces == Surfaces::Plain).into()),
+        ],
         // The material index, pushed per draw of the scene.
         push: vec![0],
         state: RasterState {
@@ -100,6 +106,6 @@ fn draw(frame: &Frame) -> RasterDraw {
             scene_vertices: true,
         },
         viewport: Viewport::whole(frame.shape.width_px, frame.shape.height_px),
-        call: DrawCall::Scene { textures: frame.shape.texture_filter },
+        call: DrawCall::Scene { textures: frame.shape.texture_filter, surfaces },
     }
 }

@@ -2,18 +2,38 @@
 
 use glam::{Mat4, Vec3, Vec4};
 
-use super::{Aabb, Draw, Scene};
+use super::{Aabb, Draw, Material, Scene};
 
 /// Triangles of a run: few enough that runs out of sight are many, enough that testing one is little beside drawing it.
 const CHUNK_TRIANGLES: u32 = 128;
 /// How far out of sight a run must be, in its distance: more than rounding.
 const MARGIN: f32 = 1e-3;
 
+/// What a pipeline has to do for a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surfaces {
+    /// One or no texture, and nothing cut out.
+    Plain,
+    /// All that a material can have: normal maps, vertex colours, cut-outs.
+    Detailed,
+}
+
+impl Surfaces {
+    /// Those that a material needs.
+    fn of(material: &Material) -> Self {
+        let is_plain =
+            material.normal_texture.is_none() && !material.has_vertex_colors && material.alpha_cutoff.is_none();
+        if is_plain { Self::Plain } else { Self::Detailed }
+    }
+}
+
 /// A run of indices with one material, and what they enclose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chunk {
     /// The run.
     pub draw: Draw,
+    /// What its material needs.
+    pub surfaces: Surfaces,
     /// Bounds of its vertices in world space.
     pub bounds: Aabb,
 }
@@ -34,7 +54,9 @@ pub fn chunks(scene: &Scene) -> Vec<Chunk> {
             .map(|index| Vec3::from_array(scene.vertices[*index as usize].position_ws))
             .fold(empty, |all, at| Aabb { min: all.min.min(at), max: all.max.max(at) })
     };
-    scene.draws.iter().flat_map(parts).map(|draw| Chunk { bounds: bounds(&draw), draw }).collect()
+    let surfaces = |draw: &Draw| Surfaces::of(&scene.materials[draw.material as usize]);
+    let chunk = |draw| Chunk { bounds: bounds(&draw), surfaces: surfaces(&draw), draw };
+    scene.draws.iter().flat_map(parts).map(chunk).collect()
 }
 
 fn parts(draw: &Draw) -> impl Iterator<Item = Draw> {
@@ -45,11 +67,12 @@ fn parts(draw: &Draw) -> impl Iterator<Item = Draw> {
     (0..index_count).step_by(step as usize).map(part)
 }
 
-/// What of the runs may be in sight, in their order: neighbours are one draw again. The near plane is where clip space has
-/// z = w, and there is no far one.
-pub fn in_sight(chunks: &[Chunk], clip_from_world: &Mat4) -> Vec<Draw> {
+/// What of the runs of some surfaces may be in sight, in their order: neighbours are one draw again. The near plane is where
+/// clip space has z = w, and there is no far one.
+pub fn in_sight(chunks: &[Chunk], surfaces: Surfaces, clip_from_world: &Mat4) -> Vec<Draw> {
     let mut draws: Vec<Draw> = Vec::new();
-    for Chunk { draw, .. } in chunks.iter().filter(|chunk| may_be_in_sight(&chunk.bounds, clip_from_world)) {
+    let is_drawn = |chunk: &&Chunk| chunk.surfaces == surfaces && may_be_in_sight(&chunk.bounds, clip_from_world);
+    for Chunk { draw, .. } in chunks.iter().filter(is_drawn) {
         match draws.last_mut() {
             Some(last) if follows(last, draw) => last.index_count += draw.index_count,
             _ => draws.push(*draw),
@@ -88,6 +111,7 @@ mod tests {
         let at = |i: u32| 20.0 * Vec3::from_array([0, 1, 2].map(|axis| unit_float(hash(3 * i + axis)) - 0.5));
         let chunk = |i: u32| Chunk {
             draw: Draw { first_index: 3 * i, index_count: 3, material: i % 2 },
+            surfaces: if i % 2 == 0 { Surfaces::Plain } else { Surfaces::Detailed },
             bounds: Aabb { min: at(i) - 0.5, max: at(i) + 0.5 },
         };
         (0..count).map(chunk).collect()
@@ -113,12 +137,14 @@ mod tests {
         for turn in 0..8 {
             let clip_from_world = clip_from_world(0.8 * turn as f32);
             let all = boxes(400);
-            let drawn = in_sight(&all, &clip_from_world);
+            let both = [Surfaces::Plain, Surfaces::Detailed].map(|surfaces| in_sight(&all, surfaces, &clip_from_world));
+            assert!(both.iter().zip(0..).all(|(draws, material)| draws.iter().all(|draw| draw.material == material)));
+            let drawn = both.concat();
             let is_drawn = |draw: &Draw| {
                 drawn.iter().any(|d| (d.first_index..d.first_index + d.index_count).contains(&draw.first_index))
             };
             let (mut hidden, mut left_out) = (0, 0);
-            for Chunk { draw, bounds } in &all {
+            for Chunk { draw, bounds, .. } in &all {
                 if shows(bounds, &clip_from_world) {
                     assert!(is_drawn(draw), "{bounds:?} is in sight");
                 } else {
@@ -134,6 +160,8 @@ mod tests {
     fn runs_are_the_draws_in_their_order() {
         let mut scene = plane(1.0);
         scene.indices = scene.indices.repeat(300);
+        let colored = Material { has_vertex_colors: true, ..scene.materials[0].clone() };
+        scene.materials.push(colored);
         let count = scene.indices.len() as u32;
         scene.draws = vec![
             Draw { first_index: 0, index_count: 900, material: 0 },
@@ -144,6 +172,7 @@ mod tests {
         assert!(chunks.iter().all(|chunk| chunk.bounds == scene.bounds), "each has all of the plane");
         // Everything is in sight of a matrix that brings it to the middle.
         let middle = Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, Vec4::ZERO, Vec4::new(0.0, 0.0, 0.5, 1.0));
-        assert_eq!(in_sight(&chunks, &middle), scene.draws);
+        assert_eq!(in_sight(&chunks, Surfaces::Plain, &middle), scene.draws[..1]);
+        assert_eq!(in_sight(&chunks, Surfaces::Detailed, &middle), scene.draws[1..]);
     }
 }

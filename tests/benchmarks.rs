@@ -85,3 +85,35 @@ fn the_tables_come_out_of_the_built_program() {
     let found = faults(Some(0), "", &results);
     assert_eq!(found, ["0 files tables.md"]);
 }
+
+/// What is wrong with the results of `tools/bench scale`: an input that did not become a picture, or too few of them.
+fn faults_of_inputs(results: &Path) -> Vec<String> {
+    let folders = std::fs::read_dir(results).into_iter().flatten().flatten();
+    let file = folders.map(|folder| folder.path().join("scale.json")).find(|file| file.exists());
+    let text = file.and_then(|file| std::fs::read_to_string(file).ok()).unwrap_or_default();
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let inputs = found["inputs"].as_array().cloned().unwrap_or_default();
+    let mut faults: Vec<String> = inputs
+        .iter()
+        .filter(|input| input["result"] != "a picture")
+        .map(|input| format!("{}: {}", input["case"], input["result"]))
+        .collect();
+    if inputs.len() < 9 {
+        faults.push(format!("{} inputs", inputs.len()));
+    }
+    faults
+}
+
+#[test]
+fn the_inputs_that_are_made_are_read() {
+    let results = Path::new(env!("CARGO_TARGET_TMPDIR")).join("benchmarks-scale");
+    let _ = std::fs::remove_dir_all(&results);
+    assert_eq!(faults_of_inputs(&results), ["0 inputs"]);
+    let program =
+        ["--program", env!("CARGO_BIN_EXE_gridlight"), "--results", results.to_str().expect("a name in Unicode")];
+    let Some(output) = python(&[&["tools/bench", "scale", "--quick"], program.as_slice()].concat()) else {
+        return;
+    };
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(faults_of_inputs(&results), Vec::<String>::new());
+}

@@ -95,7 +95,11 @@ fn scene_files_that_cannot_be_read() {
     place.scene("house.OBJ", "v 0 0 0", &["Wavefront OBJ", "glTF"]);
     place.scene("house.usdz", "", &["USD", "glTF"]);
     place.scene("empty.glb", "", &[]);
-    place.scene("empty.gltf", "", &["JSON is broken"]);
+    place.scene("empty.gltf", "", &["it is empty"]);
+    place.scene("page.glb", "<!DOCTYPE html><title>404</title>", &["it is a web page"]);
+    place.scene("pointer.glb", "version https://git-lfs.github.com/spec/v1\n", &["Git LFS"]);
+    let wide: Vec<u8> = "{\"asset\": {}}".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    place.scene("wide.gltf", wide, &["UTF-16"]);
     place.scene("broken.gltf", r#"{"asset": {"version": "2.0"}, "meshes": ["#, &["JSON is broken"]);
     let whole = quad_glb(|_, _| ());
     for length in [3, 11, 12, 19, 60, whole.len() - 30, whole.len() - 1] {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use support::{Run, names, program, quad_glb, run};
+use support::{Run, names, program, quad, quad_glb, run};
 
 /// Longest that a run without a frame may take on two slow cores.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -50,7 +50,9 @@ fn a_limit_of_size_leaves_nothing_half_written() {
     std::fs::write(&out, "old").unwrap();
     let mut command = limited(4);
     small(&mut command).arg("--output").arg(&out);
-    complains(&run(command), 1, "a.exr: cannot be written");
+    let full = run(command);
+    complains(&full, 1, "a.exr: cannot be written");
+    assert!(!full.stderr.contains(".gridlight-"), "{}", full.stderr);
     assert_eq!((names(folder.path()), std::fs::read(&out).unwrap()), (vec!["a.exr".to_owned()], b"old".to_vec()));
     // Of the files of a dump, a few arrays and each picture fit or do not.
     for blocks in [0, 1, 4, 16, 64] {
@@ -135,6 +137,26 @@ fn names_that_no_file_may_have_are_refused_first() {
         assert!(run.time < PATIENCE, "{option} {name}: {:?}", run.time);
     }
     assert!(names(folder.path()).is_empty());
+}
+
+/// A scene by a relative path through folders with spaces and umlauts, and its buffer by a URI that encodes them.
+#[test]
+fn names_may_have_spaces_and_umlauts() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("räume 2/flügel süd");
+    std::fs::create_dir_all(place.join("größe")).unwrap();
+    let (mut document, bin) = quad();
+    document["buffers"][0]["uri"] = "gr%C3%B6%C3%9Fe/w%C3%A4nde%201.bin".into();
+    std::fs::write(place.join("größe/wände 1.bin"), bin).unwrap();
+    std::fs::write(place.join("szene 1.gltf"), document.to_string()).unwrap();
+    let mut command = program();
+    small(&mut command)
+        .current_dir(folder.path().join("räume 2"))
+        .arg("flügel süd/szene 1.gltf")
+        .args(["-o", "bild ä.exr"]);
+    let run = run(command);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(folder.path().join("räume 2/bild ä.exr").is_file());
 }
 
 /// A pipe in the file system.

@@ -1,7 +1,7 @@
 //! The colours of OpenEXR files, of whatever layers, channels and windows they are made.
 
 use std::fs::File;
-use std::io::{BufReader, Seek};
+use std::io::{BufReader, Read, Seek};
 
 use exr::math::Vec2;
 use exr::meta::MetaData;
@@ -9,6 +9,7 @@ use exr::meta::header::Header;
 use exr::prelude::traits::*;
 
 use super::guard::{could_hold, guarded};
+use super::mistaken;
 
 /// Takes the texels of an image one by one, in any order.
 pub trait Texels: 'static {
@@ -20,6 +21,8 @@ pub trait Texels: 'static {
     fn put(&mut self, at: [usize; 2], color: [f32; 3]);
 }
 
+/// What every OpenEXR file begins with.
+const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// The most pixels of a display window, in those of the data window, whose data are not read twice.
 const ROOM: usize = 4;
 /// And the most whatever the data window.
@@ -57,10 +60,22 @@ pub fn read_texels<T: Texels>(file: File, check: impl Fn([u32; 2]) -> Result<(),
 /// # Errors
 /// What is wrong, as a sentence about the file.
 pub fn read_meta(file: &mut File) -> Result<MetaData, String> {
-    let meta = MetaData::read_from_buffered(BufReader::new(&*file), false).map_err(|e| e.to_string())?;
+    let mut start = Vec::new();
+    (&*file).take(512).read_to_end(&mut start).map_err(|e| e.to_string())?;
+    if !start.starts_with(&MAGIC) {
+        return Err(mistaken(&start).unwrap_or("it is no OpenEXR file").to_owned());
+    }
+    file.rewind().map_err(|e| e.to_string())?;
+    let meta = MetaData::read_from_buffered(BufReader::new(&*file), false).map_err(told)?;
     check_stored(&meta.headers, file.metadata().map_err(|e| e.to_string())?.len())?;
     file.rewind().map_err(|e| e.to_string())?;
     Ok(meta)
+}
+
+/// What is wrong with a file, in our words where the decoder's say little.
+fn told(error: exr::error::Error) -> String {
+    let said = error.to_string();
+    if said.contains("reference to missing bytes") { "it ends before its texels do".to_owned() } else { said }
 }
 
 fn read<T: Texels>(mut file: File, check: impl Fn([u32; 2]) -> Result<(), String>) -> Result<T, String> {
@@ -111,7 +126,7 @@ fn collect<T: Texels>(file: File, colors: &Colors, size: [u32; 2], offset: Vec2<
             .from_buffered(buffered)
             .map(|image| image.layer_data.channel_data.pixels),
     };
-    texels.map_err(|e| e.to_string())
+    texels.map_err(told)
 }
 
 /// Whether the file may have what its parts announce: at least two bytes for each number.

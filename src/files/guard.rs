@@ -6,6 +6,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
+use super::mistaken;
+
 /// No compression that is read makes data more than so many times smaller, but for that of WebP: deflate comes to 1032,
 /// a progressive JPEG of one colour to 1228.
 const SMALLEST_PART: u64 = 2048;
@@ -45,6 +47,9 @@ pub fn image_size(file: &[u8]) -> Result<[u32; 2], String> {
 /// # Errors
 /// What is wrong with it, as a sentence about the file.
 pub fn decode_image(file: &[u8], format: ImageFormat) -> Result<DynamicImage, String> {
+    if let Some(what) = mistaken(file) {
+        return Err(what.to_owned());
+    }
     guarded(|| {
         let mut reader = ImageReader::with_format(Cursor::new(file), format);
         let mut limits = Limits::default();

@@ -2,11 +2,13 @@
 
 pub mod exr_texels;
 pub mod guard;
+mod mistaken;
 mod output;
 pub mod pictures;
 pub mod sequence;
 mod whole;
 
+pub use mistaken::mistaken;
 pub use output::{FileKind, OutputFile};
 pub use pictures::Picture;
 pub use whole::{open_regular, read_text, read_whole};

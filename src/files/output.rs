@@ -101,7 +101,8 @@ impl OutputFile {
     pub fn commit(self, bytes: &[u8]) -> Result<()> {
         let write = || -> io::Result<()> {
             let mut file = temporary(&self.path)?;
-            file.write_all(bytes)?;
+            // The file itself: its wrapper tells its name in errors.
+            file.as_file_mut().write_all(bytes)?;
             file.persist(&self.path).map_err(|error| error.error)?;
             Ok(())
         };

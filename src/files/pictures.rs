@@ -255,6 +255,31 @@ mod tests {
         assert_eq!(read_png(&path).unwrap(), (4, 2, rgb));
     }
 
+    /// Grey, palettes, alpha and 16 bits: the colours are those of the picture in 8 bits of RGB.
+    #[test]
+    fn every_format_of_png_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let write = |color, depth, palette: Option<&[u8]>, data: &[u8]| {
+            let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), 2, 1);
+            encoder.set_color(color);
+            encoder.set_depth(depth);
+            palette.into_iter().for_each(|palette| encoder.set_palette(palette.to_vec()));
+            encoder.write_header().unwrap().write_image_data(data).unwrap();
+            read_png(&path).unwrap().2
+        };
+        let (gray, eight, sixteen) = ([51, 51, 51, 204, 204, 204], png::BitDepth::Eight, png::BitDepth::Sixteen);
+        assert_eq!(write(png::ColorType::Grayscale, eight, None, &[51, 204]), gray);
+        assert_eq!(write(png::ColorType::Grayscale, sixteen, None, &[51, 51, 204, 204]), gray);
+        assert_eq!(write(png::ColorType::GrayscaleAlpha, eight, None, &[51, 9, 204, 0]), gray);
+        assert_eq!(write(png::ColorType::GrayscaleAlpha, sixteen, None, &[51, 51, 9, 9, 204, 204, 0, 0]), gray);
+        let colors = [1, 2, 3, 4, 5, 6];
+        assert_eq!(write(png::ColorType::Indexed, png::BitDepth::One, Some(&colors), &[0b0100_0000]), colors);
+        assert_eq!(write(png::ColorType::Rgba, eight, None, &[1, 2, 3, 0, 4, 5, 6, 99]), colors);
+        let wide: Vec<u8> = colors.iter().flat_map(|byte| [*byte, *byte]).collect();
+        assert_eq!(write(png::ColorType::Rgb, sixteen, None, &wide), colors);
+    }
+
     /// A small part of a large picture is read; where it is damaged nothing of that size is made.
     #[test]
     fn a_small_part_of_a_large_picture() {
@@ -311,7 +336,20 @@ mod tests {
         assert!(read_exr(&path).is_err());
         let whole = exr(8, 8, &[0.5; 192]);
         std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
-        assert_eq!(read_exr(&path).unwrap_err().exit_code(), 1);
+        let cut = read_exr(&path).unwrap_err();
+        assert_eq!(cut.exit_code(), 1);
+        assert!(cut.to_string().ends_with("a.exr: it ends before its texels do"), "{cut}");
         assert!(read_png(&path).is_err());
+        for (bytes, what) in [
+            (&b""[..], "it is empty"),
+            (b"\x89PNG\r\n\x1a\n", "it is no OpenEXR file"),
+            (b"<html>", "it is a web page"),
+        ] {
+            std::fs::write(&path, bytes).unwrap();
+            let error = read_exr(&path).unwrap_err().to_string();
+            assert!(error.ends_with(&format!("a.exr: {what}")), "{error}");
+        }
+        std::fs::write(&path, "version https://git-lfs.github.com/spec/v1").unwrap();
+        assert!(read_png(&path).unwrap_err().to_string().contains("Git LFS"));
     }
 }

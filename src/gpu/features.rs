@@ -68,6 +68,8 @@ impl DeviceReport {
 pub struct Limits {
     /// Largest storage buffer range in bytes.
     pub storage_range_bytes: u64,
+    /// Most memory that is given at once, in bytes.
+    pub allocation_bytes: u64,
     /// Largest image edge in texels that also is a valid attachment.
     pub image_edge_px: u32,
     /// Most rows of a sampled image.
@@ -151,9 +153,11 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+    let mut memory = vk::PhysicalDeviceMaintenance3Properties::default();
     let mut portability = vk::PhysicalDevicePortabilitySubsetPropertiesKHR::default();
     let is_portability_subset = has_extensions(instance, device, &[khr::portability_subset::NAME]);
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+    let properties = vk::PhysicalDeviceProperties2::default();
+    let mut properties = properties.push_next(&mut driver).push_next(&mut subgroup).push_next(&mut memory);
     if has_extensions(instance, device, &RAY_QUERY_EXTENSIONS) {
         properties = properties.push_next(&mut structures);
     }
@@ -190,6 +194,7 @@ pub(super) fn report(instance: &Instance, device: vk::PhysicalDevice) -> DeviceR
         optional,
         limits: Limits {
             timestamp_bits: timestamp_bits(&instance.raw, device),
+            allocation_bytes: memory.max_memory_allocation_size,
             ..limits(&p.limits, subgroup.subgroup_size, &structures)
         },
     }
@@ -202,6 +207,8 @@ fn limits(
 ) -> Limits {
     Limits {
         storage_range_bytes: u64::from(l.max_storage_buffer_range),
+        // Of other properties.
+        allocation_bytes: 0,
         image_edge_px: l
             .max_image_dimension2_d
             .min(l.max_framebuffer_width)

@@ -260,6 +260,7 @@ impl Resources {
             let alignment = requirements.iter().flatten().filter(|r| r.class == *class).map(|r| r.alignment).max();
             let Class { is_image, memory_type_bits } = classes[*class as usize];
             let needs = vk::MemoryRequirements { size: *size, alignment: alignment.unwrap_or(256), memory_type_bits };
+            check_allocation(*size, self.gpu.report().limits.allocation_bytes, self.largest_image_px())?;
             let slot = self.allocate("a frame's images and buffers, which grow with --size", needs, !is_image)?;
             for (index, placement) in aliases.placements.iter().enumerate() {
                 if let Some(placement) = placement.as_ref().filter(|p| p.class == *class) {
@@ -283,6 +284,15 @@ impl Resources {
             }
         }
         Ok(())
+    }
+
+    /// Width and height of the frame's largest image.
+    fn largest_image_px(&self) -> [u32; 2] {
+        let sizes = self.list.iter().filter_map(|physical| match physical {
+            Physical::Image { info, .. } => Some([info.width_px, info.height_px]),
+            Physical::Buffer { .. } => None,
+        });
+        sizes.max_by_key(|[width, height]| u64::from(*width) * u64::from(*height)).unwrap_or_default()
     }
 
     fn allocate(&mut self, name: &str, requirements: vk::MemoryRequirements, linear: bool) -> Result<usize> {
@@ -337,6 +347,22 @@ impl Resources {
     }
 }
 
+/// Refuses a frame that needs more memory at once than the device gives, which would otherwise be out of memory without
+/// a word of what would do.
+fn check_allocation(size_bytes: u64, limit_bytes: u64, [width, height]: [u32; 2]) -> Result<()> {
+    if size_bytes <= limit_bytes {
+        return Ok(());
+    }
+    // A hundredth less, as images are padded to whole tiles.
+    let part = 0.99 * (limit_bytes as f64 / size_bytes as f64).sqrt();
+    let [fit_width, fit_height] = [width, height].map(|edge| (f64::from(edge) * part) as u32);
+    let [size, limit] = [size_bytes, limit_bytes].map(|bytes| bytes >> 20);
+    Err(Error::Usage(format!(
+        "a frame of {width}x{height} pixels needs {size} MiB of memory at once, and {limit} MiB are the most that this \
+         device gives; --size {fit_width}x{fit_height} would fit"
+    )))
+}
+
 /// Whether a graph's resources of this lifetime are its own: created, bound and destroyed here.
 fn is_owned(lifetime: Lifetime) -> bool {
     !lifetime.is_acquired() && !matches!(lifetime, Lifetime::Readback | Lifetime::Imported)
@@ -383,5 +409,22 @@ impl Drop for Resources {
                 log::error!("freeing frame memory: {error}");
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_beyond_the_memory_is_refused_with_the_size_that_fits() {
+        let gib = 1 << 30;
+        assert!(check_allocation(2 * gib, 2 * gib, [8192, 4096]).is_ok());
+        let error = check_allocation(8 * gib, 2 * gib, [8192, 4096]).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        let wanted = "a frame of 8192x4096 pixels needs 8192 MiB of memory at once, and 2048 MiB are the most that this \
+                      device gives; --size 4055x2027 would fit";
+        assert_eq!(error.to_string(), wanted);
+        assert!(check_allocation(2 * gib + 1, 2 * gib, [8192, 4096]).is_err());
     }
 }

@@ -237,9 +237,15 @@ fn name_of(uri: &str) -> &str {
 }
 
 fn decode_data_uri(data: &str) -> std::result::Result<Vec<u8>, String> {
-    let (head, body) = data.split_once(',').ok_or("has no comma")?;
+    // A parameter in quotes may have commas.
+    let mut quotes = 0;
+    let is_end = |c: char| {
+        quotes += u32::from(c == '"');
+        c == ',' && quotes % 2 == 0
+    };
+    let (head, body) = data.split_once(is_end).or_else(|| data.split_once(',')).ok_or("has no comma")?;
     let mut body: Vec<u8> = percent_encoding::percent_decode_str(body).collect();
-    if !head.to_ascii_lowercase().ends_with(";base64") {
+    if !head.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64")) {
         return Ok(body);
     }
     // Lines and the alphabet of URLs, as browsers have them.
@@ -265,6 +271,9 @@ mod tests {
         assert_eq!(decode_data_uri(";base64,AAE").unwrap(), [0, 1], "padding is optional");
         assert_eq!(decode_data_uri(",a%20b").unwrap(), b"a b");
         assert_eq!(decode_data_uri("a/b;charset=utf-8;BASE64, AA\r\nEC%0A").unwrap(), [0, 1, 2], "lines");
+        assert_eq!(decode_data_uri(" text/plain ; name=\"a,b\" ; base64 , AAEC ").unwrap(), [0, 1, 2], "quotes");
+        assert_eq!(decode_data_uri("base64,AAEC").unwrap(), [0, 1, 2], "without its semicolon");
+        assert_eq!(decode_data_uri("a=\"b,AAEC").unwrap(), b"AAEC", "a quote without end");
         assert_eq!(decode_data_uri(";base64,-_-_").unwrap(), decode_data_uri(";base64,+/%2B%2F").unwrap());
         assert!(decode_data_uri(";base64,!").is_err());
         assert!(decode_data_uri("nothing").is_err());

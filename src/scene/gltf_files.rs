@@ -14,7 +14,7 @@ pub(super) struct Named {
 
 /// What follows the scheme of a data URI.
 pub(super) fn data_of(uri: &str) -> Option<&str> {
-    let (scheme, data) = uri.split_at_checked(5)?;
+    let (scheme, data) = uri.trim_start().split_at_checked(5)?;
     scheme.eq_ignore_ascii_case("data:").then_some(data)
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::files::mistaken;
 use crate::{Error, Result};
 
 /// What a file consists of.
@@ -23,13 +24,21 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Parts<'a>> {
     let mut parts = Parts::default();
     if bytes.starts_with(b"glTF") {
         parts.read_chunks(bytes).map_err(|reason| Error::file(path, reason))?;
-    } else if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-        return Err(Error::file(path, "its JSON is in UTF-16, and glTF is in UTF-8"));
+    } else if let Some(what) = mistaken(bytes) {
+        return Err(Error::file(path, what));
     } else {
         parts.text = bytes;
     }
+    if is_wide(parts.text) {
+        return Err(Error::file(path, "its JSON is in UTF-16, and glTF is in UTF-8"));
+    }
     parts.trim();
     Ok(parts)
+}
+
+/// Whether a JSON object begins here in UTF-16, with a byte order mark or without.
+fn is_wide(text: &[u8]) -> bool {
+    [b"\xff\xfe", b"\xfe\xff", b"{\0", b"\0{"].iter().any(|begin| text.starts_with(*begin))
 }
 
 fn word(bytes: &[u8], at: usize) -> Option<u32> {

@@ -5,6 +5,7 @@ use image::ImageFormat;
 use super::gltf_extensions::NEEDS_CODECS;
 use super::{Texture, gltf_dds, ktx2};
 use crate::files::guard::{self, guarded};
+use crate::files::mistaken;
 
 /// Decodes a file: PNG, JPEG, WebP, DDS or KTX2 by its first bytes, whatever the glTF says it is.
 pub(super) fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Texture, String> {
@@ -15,7 +16,8 @@ pub(super) fn decode_image(name: &str, bytes: &[u8]) -> std::result::Result<Text
         let ([width, height], rgba) = guarded(|| ktx2::decode(bytes))?;
         return Ok(Texture { name: name.to_owned(), width, height, rgba });
     }
-    let format = image::guess_format(bytes).map_err(|_| "it is neither png nor jpeg, webp, dds or ktx2".to_owned())?;
+    let unknown = |_| mistaken(bytes).unwrap_or("it is neither png nor jpeg, webp, dds or ktx2").to_owned();
+    let format = image::guess_format(bytes).map_err(unknown)?;
     if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP) {
         return Err(format!("{format:?} images are not supported"));
     }

@@ -118,7 +118,7 @@ fn missing_files_are_named() {
     let folder_instead = message(r#"{"asset":{"version":"2.0"},"buffers":[{"uri":".","byteLength":4}]}"#);
     assert!(folder_instead.contains("not a regular file"), "{folder_instead}");
     assert!(message("{").contains("JSON is broken"));
-    assert!(message("").contains("JSON is broken"));
+    assert!(message("").contains("it is empty"));
     let none = super::load(&folder.path().join("none.glb"), &|_, _, _| ()).err().unwrap().to_string();
     assert!(none.contains("none.glb: the scene file cannot be read"), "{none}");
 }

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from . import compare, cost, honesty, motion, pbgi, tables, variants
+from . import compare, cost, honesty, motion, pbgi, scale, tables, variants
 from .errors import BenchError, UsageError
 from .protocol import ROOT, Program, shared_folder
 
@@ -20,6 +20,7 @@ BENCHMARKS = {
     "pbgi": (pbgi, "point-based global illumination: counts, times by stage and pictures as in its paper, in the paper's way "
              "and in the default one"),
     "motion": (motion, "six sequences of the built-in scene against path-traced truth: flicker, lag, the answer to a step"),
+    "scale": (scale, "inputs that are large in one way each, which it makes: what becomes of them, memory and time"),
     "variants": (variants, "options or programs against each other, alternating in one run"),
 }
 
@@ -58,26 +59,29 @@ def parser():
         command = commands.add_parser(name, help=words, description=words[0].upper() + words[1:] + ".")
         fixed = name in ("cost", "honesty")
         sized = name in ("tables", "compare", "motion", "pbgi")
+        command.add_argument("--program", metavar="PATH", help="the binary (default: build the release)")
+        command.add_argument("--gpu", metavar="INDEX|NAME", help="device, as for gridlight")
+        if name != "variants":
+            command.add_argument("--results", type=Path, default=ROOT / "docs/results", metavar="DIR",
+                                 help="default docs/results")
+        if sized or name == "scale":
+            command.add_argument("--quick", action="store_true", help="a tiny picture, few VPLs and one frame: shows "
+                                 "that it works, measures nothing")
+        if name == "scale":
+            continue
         command.add_argument("--repeats", type=at_least(1), default=None if sized else 3, metavar="N",
                              help="runs of each case (default " + ("by the device)" if sized else "3)"))
         command.add_argument("--frames", type=at_least(1), default=None if sized else 3, metavar="N",
                              help="measured frames in each run (default " + ("by the device)" if sized else "3)"))
         command.add_argument("--warmup", type=at_least(0), default=None if sized else 1, metavar="N",
                              help="frames before them (default " + ("by the device)" if sized else "1)"))
-        command.add_argument("--program", metavar="PATH", help="the binary (default: build the release)")
         command.add_argument("--scene", metavar="PATH", help="a glTF file; 'courtyard' is the built-in scene (default: "
                              "Sponza from $GRIDLIGHT_SHARED or ../shared, the built-in scene without it)")
         command.add_argument("--camera", metavar="NAME", help="camera of that scene (default: atrium in Sponza, "
                              "else the first)")
-        command.add_argument("--gpu", metavar="INDEX|NAME", help="device, as for gridlight")
-        if name != "variants":
-            command.add_argument("--results", type=Path, default=ROOT / "docs/results", metavar="DIR",
-                                 help="default docs/results")
         if sized:
             command.add_argument("--size", type=size, metavar="WxH",
                                  help="default 640x360 on a software driver, else 1280x720")
-            command.add_argument("--quick", action="store_true", help="a tiny picture, few VPLs and one frame: shows "
-                                 "that it works, measures nothing")
         if fixed:
             command.add_argument("--tolerance", type=float, default=0.25, metavar="F", help="honesty: allowed relative "
                                  "difference of a pass's share (default 0.25)")
@@ -99,6 +103,12 @@ def parser():
                          "(default 1024, 64 on a software driver)")
     command.add_argument("--sequence", action="append", choices=motion.SEQUENCES, help="one of the sequences; may be given more "
                          "than once (default: all)")
+    command = commands.choices["scale"]
+    command.add_argument("--case", action="append", choices=scale.NAMES, help="one of the inputs; may be given more than once "
+                         "(default: all)")
+    command.add_argument("--folder", type=Path, metavar="DIR", help="where inputs are made, up to 0.6 GB at a time (default: "
+                         "that of temporary files)")
+    command.set_defaults(scene="courtyard", camera=None, repeats=1, frames=1, warmup=0)
     command = commands.choices["variants"]
     command.add_argument("--base", default="", metavar="ARGS", help="options of gridlight that all variants have")
     command.add_argument("--variant", action="append", default=[], metavar="NAME=[BINARY::]ARGS", help="twice or more; "

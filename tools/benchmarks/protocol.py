@@ -99,7 +99,20 @@ class Program:
         return without_paths(self.words(arguments, program))
 
 
-def execute(command, environment=None):
+@dataclasses.dataclass
+class Ended:
+    """How a process ended."""
+    code: int
+    messages: str
+    resident_mib: float
+
+    def last_line(self):
+        """The error, in the program's own words."""
+        return self.messages.splitlines()[-1].removeprefix("error: ") if self.messages else "no message"
+
+
+def attempt(command, environment=None):
+    """Runs a process to its end, whichever that is."""
     with tempfile.TemporaryFile("w+") as messages:
         try:
             process = subprocess.Popen(command, env={**os.environ, **(environment or {})}, stderr=messages)
@@ -108,14 +121,17 @@ def execute(command, environment=None):
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         messages.seek(0)
-        text = messages.read().strip()
-    if process.returncode:
-        last = text.splitlines()[-1].removeprefix("error: ") if text else "no message"
-        kind = UsageError if process.returncode == 2 else BenchError
-        raise kind(f"exit code {process.returncode} from: {without_paths(command)}: {last}")
-    if text:
-        print(text, file=sys.stderr)
-    return usage.ru_maxrss / 1024
+        return Ended(process.returncode, messages.read().strip(), usage.ru_maxrss / 1024)
+
+
+def execute(command, environment=None):
+    ended = attempt(command, environment)
+    if ended.code:
+        kind = UsageError if ended.code == 2 else BenchError
+        raise kind(f"exit code {ended.code} from: {without_paths(command)}: {ended.last_line()}")
+    if ended.messages:
+        print(ended.messages, file=sys.stderr)
+    return ended.resident_mib
 
 
 def without_paths(command):

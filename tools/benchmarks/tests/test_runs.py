@@ -150,6 +150,27 @@ class Runs(unittest.TestCase):
         self.assertRegex(found.stdout, r"\| frame \| two \|.*\| 2\.000 \|")
         self.assertRegex(found.stdout, r"\| \(Lighting\) \| two \| 4\.00 \| 4\.00 \| 4\.00 \| 2\.000 \|")
 
+    def test_scale_tells_what_became_of_each(self):
+        words = ["scale", "--quick", "--case", "materials", "--case", "environment", *self.to]
+        self.fails(bench(["scale", "--case", "elephants", *self.to]), 2, "elephants")
+        lost = bench(words, "lost")
+        # What says which device it is fails too.
+        self.fails(lost, 1, "lost")
+        self.assertIn("materials: exit code 5: the device was lost in shadow_rays", lost.stdout)
+        found = bench(words)
+        self.assertEqual(found.returncode, 0, found.stderr)
+        inputs = json.loads((self.results / "fake-driver-1/scale.json").read_text())["inputs"]
+        self.assertEqual([row["case"] for row in inputs], ["materials", "environment"])
+        self.assertTrue(all(row["result"] == "a picture" and row["input_bytes"] > 1000 for row in inputs))
+        page = (self.results / "fake-driver-1/scale.md").read_text()
+        self.assertIn("| 9 materials | `--vpls 2000 --size 32x18` | a picture |", page)
+        self.assertNotIn(str(self.results), page)
+
+    def test_scale_leaves_out_what_is_not_there(self):
+        found = bench(["scale", "--quick", "--case", "vpls-sponza", *self.to])
+        self.assertEqual(found.returncode, 0, found.stderr)
+        self.assertIn("vpls-sponza: left out, as sponza-sun.gltf is not there", found.stdout)
+
     def test_wrong_use(self):
         variants = ["variants", "--program", self.fake]
         for words, sentence in [

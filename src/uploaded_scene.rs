@@ -137,11 +137,6 @@ impl UploadedScene {
         let ReadyScene { bvh, prepared } = ready;
         bvh.check_depth()?;
         let moves = scene.motion.moves().geometry;
-        if moves && rays == Rays::Query {
-            return Err(Error::Usage(
-                "--rays query does not follow geometry that moves: use bvh, or --animation none".to_owned(),
-            ));
-        }
         let node_capacity = if moves { MovingBvh::node_capacity(bvh.triangles.len()) } else { 0 };
         let PreparedScene {
             materials,
@@ -229,6 +224,10 @@ impl UploadedScene {
         }
         self.set.replace(gpu, ScenePart::Nodes, bytemuck::cast_slice(&bvh.nodes))?;
         self.set.replace(gpu, ScenePart::Triangles, bytemuck::cast_slice(&bvh.triangles))?;
+        if self.has_structures {
+            // The tree may have been built anew, with its triangles in another order.
+            self.set.rebuild_structures(gpu, &QueryGeometry::new(scene, &bvh.triangles))?;
+        }
         self.largest_triangle = largest_triangle(scene);
         self.points.clear();
         Ok(())

@@ -19,9 +19,7 @@ use gridlight::scene::Scene;
 use gridlight::settings::{CenterWeight, LevelBuild, LightSet, Settings, Size, VplSeeds};
 use gridlight::shared::GridPlacement;
 use gridlight::techniques::lgh::HierarchyOutputs;
-use serde_json::json;
-use support::animated::{playing, slide};
-use support::quad_glb;
+use support::animated::carried;
 
 const FRAMES: u32 = 6;
 
@@ -84,24 +82,6 @@ fn grids_of_paths_at_rest_follow_their_lights() {
         let renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, &scene.cameras[0], &settings)).unwrap();
         assert_eq!(renderer.shapes().of::<LghShape>().unwrap().anchor, None);
     }
-}
-
-/// A floor, a screen and a lamp above them, of which one node is carried along x.
-fn carried(node: usize) -> Scene {
-    let glb = quad_glb(|document, bin| {
-        let lamp = json!({"type": "point", "intensity": 40.0});
-        document["extensions"] = json!({"KHR_lights_punctual": {"lights": [lamp]}});
-        document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
-        document["nodes"] = json!([
-            {"mesh": 0},
-            {"mesh": 0, "scale": [0.3, 0.3, 0.3], "translation": [0.5, 0.2, 0.0]},
-            {"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0.0, 1.8, 0.9]},
-            {"camera": 0, "translation": [0.0, 1.0, 4.5]}
-        ]);
-        document["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
-        slide(document, bin, node);
-    });
-    playing(&glb)
 }
 
 /// Placements of frames of a scene that moves on by 0.6 s from one to the next.

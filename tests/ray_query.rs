@@ -1,6 +1,7 @@
 //! Shadow rays by ray queries against shadow rays over the BVH: the same rays, one for each pixel.
 
 mod common;
+mod support;
 
 use common::rooms::{add_quad, camera, furnished_room};
 use glam::Vec3;
@@ -12,6 +13,7 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{box_room, shared_dir};
 use gridlight::scene::{Draw, Light, Material, Scene, Texture, Vertex, gltf};
 use gridlight::settings::{LightSet, Rays, Settings, ShadowPoints, Size, Technique, View};
+use support::animated::carried;
 
 /// Share of shadow rays that must agree.
 const AGREEMENT: f64 = 0.999;
@@ -181,5 +183,33 @@ fn structures_follow_vertices_that_a_pass_moves() {
         let moved = render(&test, &uploaded, &scene, &settings);
         mover.wait(ticket).unwrap();
         assert_eq!(moved == expected, rebuilds, "old structures are noticed");
+    }
+}
+
+/// The node of [`carried`] that carries the screen.
+const SCREEN: usize = 1;
+
+#[test]
+fn structures_follow_a_scene_in_motion() {
+    let Some(test) = gpu_with_queries() else { return };
+    let mut scene = carried(SCREEN);
+    let settings = |rays| {
+        one_ray_each(rays).changed(|s| {
+            s.render.technique = Technique::Direct;
+            s.render.view = View::Direct;
+        })
+    };
+    let mut uploaded = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).unwrap();
+    let at_rest = render(&test, &uploaded, &scene, &settings(Rays::Query));
+    // The screen leaves the tree that was built around it, so that another is built, and comes back.
+    for time_s in [0.4, 1.1, 3.9, 0.4] {
+        scene.pose(time_s);
+        uploaded.follow(&test.gpu, &scene).unwrap();
+        let [bvh, query] = [Rays::Bvh, Rays::Query].map(|rays| render(&test, &uploaded, &scene, &settings(rays)));
+        let agreeing = agreement(&bvh, &query);
+        eprintln!("{time_s} s: {:.4} % of shadow rays agree", 100.0 * agreeing);
+        assert!(agreeing >= AGREEMENT, "{time_s} s: {agreeing}");
+        let still = agreement(&at_rest, &bvh);
+        assert!(still < AGREEMENT, "{time_s} s: shadows of a scene at rest are not noticed: {still}");
     }
 }

@@ -94,16 +94,35 @@ impl Acceleration {
         Ok(Self { top, bottom, triangles, instances })
     }
 
+    /// Builds both anew, in their places, over the vertices that are in their buffer now; waits. `geometry` has as many
+    /// triangles of each kind as before, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when it has not; when the device is lost.
+    pub fn rebuild(&self, gpu: &Arc<Device>, geometry: &QueryGeometry) -> Result<()> {
+        let counts = (self.triangles.opaque_count, self.triangles.masked_count);
+        if counts != (geometry.opaque_count(), geometry.masked_count()) {
+            return Err(Error::Failure("triangles of acceleration structures can move, but not come or go".to_owned()));
+        }
+        upload_buffer(gpu, &self.triangles.indices, bytemuck::cast_slice(&geometry.indices))?;
+        for level in [StructureLevel::Bottom, StructureLevel::Top] {
+            self.structure(level).build(gpu, level, &self.geometries(level))?;
+        }
+        Ok(())
+    }
+
     /// Records a new build of one structure, in its place, from what is in the scene's buffers then. `scratch` has at least
     /// [`Self::scratch_bytes`].
     pub fn record_build(&self, commands: vk::CommandBuffer, level: StructureLevel, scratch: vk::Buffer) {
-        let structure = self.structure(level);
-        let gpu = &structure.gpu;
-        let geometries = match level {
+        self.structure(level).record_build(commands, level, &self.geometries(level), scratch);
+    }
+
+    fn geometries(&self, level: StructureLevel) -> Geometries {
+        let gpu = &self.structure(level).gpu;
+        match level {
             StructureLevel::Bottom => self.triangles.geometries(gpu),
             StructureLevel::Top => instance_geometry(gpu, &self.instances),
-        };
-        structure.record_build(commands, level, &geometries, scratch);
+        }
     }
 
     /// Bytes of scratch memory that a build of one structure takes.
@@ -214,14 +233,19 @@ impl Structure {
             functions.get_acceleration_structure_build_sizes(device, &info, &geometries.1, &mut sizes);
         }
         let structure = Self::empty(gpu, level, &sizes)?;
+        structure.build(gpu, level, geometries)?;
+        Ok(structure)
+    }
+
+    /// Builds it in its place; waits.
+    fn build(&self, gpu: &Arc<Device>, level: StructureLevel, geometries: &Geometries) -> Result<()> {
         let usage = Access::StructureScratch.buffer_usage();
-        let scratch = Buffer::new(gpu, "structure scratch", structure.scratch_bytes, usage)?;
+        let scratch = Buffer::new(gpu, "structure scratch", self.scratch_bytes, usage)?;
         submit_once(gpu, |commands| {
             full_barrier(gpu, commands);
-            structure.record_build(commands, level, geometries, scratch.raw);
+            self.record_build(commands, level, geometries, scratch.raw);
             full_barrier(gpu, commands);
-        })?;
-        Ok(structure)
+        })
     }
 
     fn record_build(

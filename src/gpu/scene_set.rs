@@ -289,6 +289,16 @@ impl SceneSet {
         self.previous_vertices.as_ref().map_or(Ok(()), |previous| copy_buffer(gpu, &self.vertices, previous))
     }
 
+    /// Builds the acceleration structures anew, if there are any, after the vertices have been replaced; waits.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when there are other triangles than before; when the device is lost.
+    pub fn rebuild_structures(&self, gpu: &Arc<Device>, geometry: &QueryGeometry) -> Result<()> {
+        let Some((structures, places)) = &self.query else { return Ok(()) };
+        structures.rebuild(gpu, geometry)?;
+        upload_buffer(gpu, places, bytemuck::cast_slice(&geometry.bvh_triangles))
+    }
+
     /// Uploads a scene.
     ///
     /// # Errors

@@ -3,6 +3,8 @@
 use gridlight::scene::{Scene, gltf};
 use serde_json::{Value, json};
 
+use super::quad_glb;
+
 /// Loads the scene of a GLB file whose first animation plays, at its beginning.
 pub fn playing(glb: &[u8]) -> Scene {
     let folder = tempfile::tempdir().unwrap();
@@ -38,4 +40,22 @@ pub fn slide(document: &mut Value, bin: &mut Vec<u8>, node: usize) {
         "channels": [{"sampler": 0, "target": {"node": node, "path": "translation"}}]
     }]);
     document["buffers"][0]["byteLength"] = json!(bin.len());
+}
+
+/// A floor, a screen and a lamp above them, of which one node is carried along x.
+pub fn carried(node: usize) -> Scene {
+    let glb = quad_glb(|document, bin| {
+        let lamp = json!({"type": "point", "intensity": 40.0});
+        document["extensions"] = json!({"KHR_lights_punctual": {"lights": [lamp]}});
+        document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
+        document["nodes"] = json!([
+            {"mesh": 0},
+            {"mesh": 0, "scale": [0.3, 0.3, 0.3], "translation": [0.5, 0.2, 0.0]},
+            {"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0.0, 1.8, 0.9]},
+            {"camera": 0, "translation": [0.0, 1.0, 4.5]}
+        ]);
+        document["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+        slide(document, bin, node);
+    });
+    playing(&glb)
 }

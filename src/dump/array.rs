@@ -174,6 +174,9 @@ impl Array {
     pub fn read(path: &Path) -> Result<Self> {
         let whole =
             read_whole(path, || false).map_err(|error| Error::file(path, format!("cannot be read: {error}")))?;
+        if !holds_its_header(&whole) {
+            return Err(Error::file(path, "is not a .npy file: it ends within its header"));
+        }
         let mut rest = whole.as_slice();
         let header = NpyHeader::from_reader(&mut rest)
             .map_err(|error| Error::file(path, format!("is not a .npy file: {error}")))?;
@@ -188,6 +191,20 @@ impl Array {
         }
         Ok(Self::records(fields, header.shape(), rest))
     }
+}
+
+/// Whether a file is as long as it says its header is, for which its reader takes memory before it looks. What is no `.npy` file
+/// says nothing.
+fn holds_its_header(file: &[u8]) -> bool {
+    // The length is two bytes long in version 1, four in later ones; before it stand magic number and version.
+    let length = match file {
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => 10 + usize::from(u16::from_le_bytes([*a, *b])),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', _, _, a, b, c, d, ..] => {
+            12 + u32::from_le_bytes([*a, *b, *c, *d]) as usize
+        }
+        _ => return true,
+    };
+    length <= file.len()
 }
 
 fn dtype(fields: &[Field]) -> DType {
@@ -262,6 +279,9 @@ mod tests {
         std::fs::write(&path, whole).unwrap();
         let refused = Array::read(&path).unwrap_err().to_string();
         assert!(refused.contains("is not a .npy file"), "{refused}");
+        // A header of a gigabyte, which is not there.
+        std::fs::write(&path, b"\x93NUMPY\x03\0\0\0\0\x40{'descr': '<f4', ").unwrap();
+        assert!(Array::read(&path).unwrap_err().to_string().ends_with("it ends within its header"));
         std::fs::write(&path, "no array").unwrap();
         assert!(Array::read(&path).unwrap_err().to_string().contains("is not a .npy file"));
         std::fs::remove_file(&path).unwrap();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{Cell, CellAlignment, Table};
 use exr::prelude::f16;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::images::Picture;
 use super::manifest::{FileEntry, Manifest};
@@ -164,8 +164,9 @@ pub fn columns(path: &Path, file: &FileEntry) -> Result<Vec<Column>> {
         (array.shape.clone(), array_columns(&array))
     };
     if shape != file.shape {
-        let sentence = format!("has shape {shape:?}, but the manifest says {:?}", file.shape);
-        return Err(Error::file(path, sentence));
+        // Without spaces: where a list is long, it is one long word, of which the sentence keeps what it can.
+        let (found, told) = (json!(shape), json!(file.shape));
+        return Err(Error::file(path, format!("has shape {found}, but the manifest says {told}")));
     }
     Ok(columns)
 }

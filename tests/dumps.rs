@@ -120,6 +120,7 @@ fn interleaved_frames_are_dumped() {
 fn frames_with_history_are_dumped() {
     check_dump("--temporal shadows --antilag tiles --frames 2 --vpl-seeds fresh");
     check_dump("--temporal indirect --interleave 2 --frames 2");
+    check_dump("--grid-update check --vpl-seeds rolling --frames 2");
 }
 
 #[test]

@@ -14,8 +14,8 @@ use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::present::{self, Part, WindowFormat};
 use gridlight::passes::{AreaLightShape, FrameShape, SurfaceMotion};
 use gridlight::settings::{
-    Antilag, CenterWeight, FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, Rays, Reservoir, ShadowFilter,
-    ShadowPoints, Temporal, View,
+    Antilag, CenterWeight, FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, Rays, Reservoir,
+    ShadowFilter, ShadowPoints, Temporal, View,
 };
 use gridlight::techniques::brute_force::BruteForceShape;
 use gridlight::techniques::direct::Direct;
@@ -65,6 +65,9 @@ fn hierarchies() -> Vec<LghShape> {
     }
     let atomic = LghShape { scatter: FirstLevelBuild::Atomic, ..hierarchy(LevelBuild::Cascade, 1, 1) };
     shapes.push(atomic);
+    for (grid_update, first_level) in [(GridUpdate::Auto, 1), (GridUpdate::Auto, 0), (GridUpdate::Check, 1)] {
+        shapes.push(LghShape { grid_update, ..hierarchy(LevelBuild::Cascade, 1, first_level) });
+    }
     shapes
 }
 

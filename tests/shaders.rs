@@ -15,8 +15,8 @@ use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::box_room;
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{
-    Antilag, Coverage, IndirectSize, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays, Reservoir, Selection,
-    Settings, ShadowEstimate, ShadowFilter, Size, Switch, Technique, Temporal, View,
+    Antilag, Coverage, GridUpdate, IndirectSize, LevelBuild, Levels, LightSet, LightingMode, MicroFill, Rays,
+    Reservoir, Selection, Settings, ShadowEstimate, ShadowFilter, Size, Switch, Technique, Temporal, View,
 };
 use gridlight::shader::{source, spirv};
 
@@ -206,6 +206,7 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
         }));
     }
     modes.push(small().changed(|s| s.lgh.indirect_size = IndirectSize::Half));
+    modes.push(small().changed(|s| s.lgh.grid_update = GridUpdate::Check));
     for (build, filter, first_level) in
         [(LevelBuild::Gather, ShadowFilter::None, 0), (LevelBuild::Scatter, ShadowFilter::Atrous, 1)]
     {

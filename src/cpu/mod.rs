@@ -14,6 +14,7 @@ pub mod gather_bounce;
 pub mod gather_up;
 pub mod gather_vertex;
 pub mod grid;
+pub mod grid_update;
 pub mod lights;
 pub mod list_vertices;
 pub mod mark_grid_lights;

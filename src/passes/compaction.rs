@@ -20,6 +20,19 @@ pub struct Lights {
     pub fluxes: BufferHandle,
     /// `[0]` lights, `[1]` VPLs among them, `[2]` VPLs that did not fit.
     pub counts: BufferHandle,
+    /// The slots that they are from, where that is known.
+    pub slots: Option<LightSlots>,
+}
+
+/// Which slots of the light paths the lights S0 are from.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSlots {
+    /// One bit per slot: whether it holds a VPL.
+    pub bits: BufferHandle,
+    /// For each word of them the set bits before it.
+    pub ranks: BufferHandle,
+    /// Slots.
+    pub count: u32,
 }
 
 /// The grid lights and what leads to them.
@@ -37,6 +50,20 @@ pub struct GridLights {
     pub dispatches: BufferHandle,
     /// The lights S0 by cell of S1, where they have been listed.
     pub buckets: Option<LightBuckets>,
+    /// What was counted where S1 may have been updated ([`super::grid_update`]).
+    pub update_counts: Option<BufferHandle>,
+}
+
+impl LightSlots {
+    /// Slots that the caller writes.
+    pub fn given(frame: &mut Frame, count: u32) -> Self {
+        let words = u64::from(count.div_ceil(32));
+        Self {
+            bits: frame.graph.persistent_buffer("vpl_slot_bits", 4 * words),
+            ranks: frame.graph.persistent_buffer("vpl_slot_ranks", 4 * (words + 1)),
+            count,
+        }
+    }
 }
 
 impl Lights {
@@ -68,6 +95,7 @@ pub fn declare_lights(frame: &mut Frame, shape: &LightShape) -> Lights {
         positions: frame.graph.persistent_buffer("light_positions", 16 * capacity),
         fluxes: frame.graph.persistent_buffer("light_fluxes", 16 * capacity),
         counts: frame.graph.persistent_buffer("light_counts", 16),
+        slots: None,
     }
 }
 
@@ -86,7 +114,8 @@ pub fn begin_lights(frame: &mut Frame, shape: &LightShape, slots: &VplSlots) -> 
     let ranks = frame.graph.transient_buffer("vpl_slot_ranks", 4 * u64::from(word_count + 1));
     let scan = ScanRange { bits: slots.bits, ranks, first_word: 0, word_count, keep_ranks: false, values: false };
     let block_sums = exclusive_scan::declare_sums(frame, "vpls", scan);
-    Packing { lights: declare_lights(frame, shape), scan, block_sums }
+    let slots = LightSlots { bits: slots.bits, ranks, count: slots.count };
+    Packing { lights: Lights { slots: Some(slots), ..declare_lights(frame, shape) }, scan, block_sums }
 }
 
 /// Adds the passes that pack the VPLs of a part of the paths, after those of the parts before; the last are followed by the
@@ -126,6 +155,7 @@ pub fn begin_grid(frame: &mut Frame, shape: &LghShape) -> GridLights {
         level_table: frame.graph.persistent_buffer("level_table", 4 * u64::from(2 * (MAX_LEVEL + 2) + 1)),
         dispatches: frame.graph.persistent_buffer("level_dispatches", 12 * u64::from(2 * MAX_LEVEL + 2)),
         buckets: None,
+        update_counts: None,
     };
     frame.clear(&[(grid.occupancy, 0), (grid.level_table, 0)]);
     grid

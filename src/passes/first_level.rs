@@ -4,20 +4,27 @@
 use super::compaction::{GridLights, Lights, over_level};
 use super::lgh_shape::LghShape;
 use super::light_buckets::LightBuckets;
-use super::{Frame, shader, threads};
-use crate::gpu::ComputeWork;
+use super::{Frame, read_dispatch, shader, threads};
+use crate::gpu::{ComputeWork, Dispatch};
 use crate::graph::{Access, BufferHandle};
 use crate::shared::MOMENT_WORDS;
 
+/// What S1 is built of: the lights, where the grids stand, and the vertices that are listed.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// Sizes and modes.
+    pub shape: &'a LghShape,
+    /// S0.
+    pub lights: &'a Lights,
+    /// Grid placement.
+    pub placement: BufferHandle,
+    /// The grid lights that the sums become.
+    pub grid: &'a GridLights,
+}
+
 /// Adds the passes for levels `1..=last`, with atomic additions.
-pub fn add(
-    frame: &mut Frame,
-    shape: &LghShape,
-    lights: &Lights,
-    placement: BufferHandle,
-    grid: &GridLights,
-    last: u32,
-) {
+pub fn add(frame: &mut Frame, inputs: Inputs<'_>, last: u32) {
+    let Inputs { shape, lights, placement, grid } = inputs;
     let moments = declare_moments(frame, shape);
     frame.clear(&[(moments, 0)]);
     for level in 1..=last {
@@ -35,24 +42,27 @@ pub fn add(
         frame.graph.add_pass(pass);
     }
     for level in 1..=last {
-        resolve(frame, shape, placement, grid, moments, level);
+        resolve(frame, inputs, moments, level);
     }
 }
 
 /// Adds the passes for S1, without atomic additions: each vertex sums the lights of its cells.
-pub fn add_sorted(
+pub fn add_sorted(frame: &mut Frame, inputs: Inputs<'_>, buckets: &LightBuckets) {
+    let moments = declare_moments(frame, inputs.shape);
+    sum(frame, inputs, buckets, moments, over_level(inputs.grid, 1));
+    resolve(frame, inputs, moments, 1);
+}
+
+/// Adds the pass that sums the lights of S1's vertices, with a dispatch over all of these, or none.
+pub(super) fn sum(
     frame: &mut Frame,
-    shape: &LghShape,
-    lights: &Lights,
-    placement: BufferHandle,
-    grid: &GridLights,
+    inputs: Inputs<'_>,
     buckets: &LightBuckets,
+    moments: BufferHandle,
+    dispatch: Dispatch,
 ) {
-    let moments = declare_moments(frame, shape);
-    let work = ComputeWork {
-        constants: vec![shape.center_constant()],
-        ..shader("grid_scatter/sum_lights", over_level(grid, 1))
-    };
+    let Inputs { shape, lights, placement, grid } = inputs;
+    let work = ComputeWork { constants: vec![shape.center_constant()], ..shader("grid_scatter/sum_lights", dispatch) };
     let pass = frame
         .compute("grid_scatter/S1", work)
         .with(|pass| lights.read_by(pass))
@@ -61,25 +71,23 @@ pub fn add_sorted(
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("moments", moments, Access::ComputeWrite)
         .bind("grid_lights", grid.lights, Access::ComputeRead)
-        .uses(grid.dispatches, Access::IndirectRead);
+        .with(read_dispatch);
     frame.graph.add_pass(pass);
-    resolve(frame, shape, placement, grid, moments, 1);
 }
 
-fn declare_moments(frame: &mut Frame, shape: &LghShape) -> BufferHandle {
-    let size = 4 * u64::from(MOMENT_WORDS) * u64::from(shape.grid_capacity);
-    frame.graph.transient_buffer("moments", size)
+/// Declares the sums of all vertices.
+pub(super) fn declare_moments(frame: &mut Frame, shape: &LghShape) -> BufferHandle {
+    frame.graph.transient_buffer("moments", moments_bytes(shape))
+}
+
+/// Bytes of the sums of all vertices.
+pub(super) fn moments_bytes(shape: &LghShape) -> u64 {
+    4 * u64::from(MOMENT_WORDS) * u64::from(shape.grid_capacity)
 }
 
 /// Turns the moments of a level into its lights.
-fn resolve(
-    frame: &mut Frame,
-    shape: &LghShape,
-    placement: BufferHandle,
-    grid: &GridLights,
-    moments: BufferHandle,
-    level: u32,
-) {
+pub(super) fn resolve(frame: &mut Frame, inputs: Inputs<'_>, moments: BufferHandle, level: u32) {
+    let Inputs { shape, placement, grid, .. } = inputs;
     let work = ComputeWork {
         push: vec![level],
         constants: vec![shape.center_constant()],
@@ -91,6 +99,6 @@ fn resolve(
         .bind("grid", placement, Access::ComputeRead)
         .bind("level_table", grid.level_table, Access::ComputeRead)
         .bind("grid_lights", grid.lights, Access::ComputeReadWrite)
-        .uses(grid.dispatches, Access::IndirectRead);
+        .with(read_dispatch);
     frame.graph.add_pass(pass);
 }

@@ -6,8 +6,8 @@ use super::light_shape::LightShape;
 use crate::light_grid::Levels;
 use crate::light_grid::anchor::GridAnchor;
 use crate::settings::{
-    Antilag, CenterWeight, FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate,
-    ShadowFilter, ShadowPoints, Temporal,
+    Antilag, CenterWeight, FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, Lobe, Reservoir,
+    ShadowEstimate, ShadowFilter, ShadowPoints, Temporal,
 };
 
 /// Sizes, capacities and modes of the hierarchy and of what is lit by it.
@@ -47,6 +47,8 @@ pub struct LghShape {
     pub build: LevelBuild,
     /// How lights are summed into S1; `Atomic` with `LevelBuild::Scatter`.
     pub scatter: FirstLevelBuild,
+    /// Whether S1 may go on from the last one (`Auto`), with lights `Sorted` alone.
+    pub grid_update: GridUpdate,
     /// Filter of the shadow estimates.
     pub filter: ShadowFilter,
     /// What is taken over from the frames before.
@@ -62,6 +64,14 @@ pub struct LghShape {
 }
 
 impl LghShape {
+    /// Whether there are passes that update S1.
+    #[must_use]
+    pub fn is_updated(&self) -> bool {
+        self.grid_update != GridUpdate::Full
+            && self.scatter == FirstLevelBuild::Sorted
+            && self.build != LevelBuild::Scatter
+    }
+
     /// The specialization constant that says how lights weigh where a grid light is.
     #[must_use]
     pub fn center_constant(&self) -> (&'static str, u32) {

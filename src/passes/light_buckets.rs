@@ -4,9 +4,10 @@
 use super::compaction::Lights;
 use super::exclusive_scan::{self, ScanRange};
 use super::lgh_shape::LghShape;
-use super::{Frame, shader, threads};
-use crate::gpu::Work;
+use super::{Frame, read_dispatch, shader, threads};
+use crate::gpu::{Dispatch, Work};
 use crate::graph::{Access, BufferHandle, Pass};
+use crate::shared::WORKGROUP_SIZE;
 
 /// The lists (`common/cells.glsl`).
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +32,27 @@ impl LightBuckets {
     }
 }
 
+/// How many workgroups the passes have: over the lights, and of the scans over cells and over counts.
+#[must_use]
+pub fn workgroups(shape: &LghShape) -> [u32; 3] {
+    let lights = shape.lights.light_capacity();
+    let scan = exclusive_scan::block_count;
+    [lights.div_ceil(WORKGROUP_SIZE), scan(shape.levels.end_word(1)), scan(lights)]
+}
+
 /// Adds the passes. Within a cell the order is left to chance: see [`sort`].
 pub fn add(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: BufferHandle) -> LightBuckets {
+    add_where(frame, shape, lights, placement, workgroups(shape).map(Dispatch::groups))
+}
+
+/// The same with dispatches that have these [`workgroups`], or none: then nothing is listed.
+pub fn add_where(
+    frame: &mut Frame,
+    shape: &LghShape,
+    lights: &Lights,
+    placement: BufferHandle,
+    [over_lights, over_cells, over_counts]: [Dispatch; 3],
+) -> LightBuckets {
     let words = shape.levels.end_word(1);
     let capacity = shape.lights.light_capacity();
     let counts = frame.graph.transient_buffer("light_bucket_counts", 4 * u64::from(capacity));
@@ -46,13 +66,22 @@ pub fn add(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: Buff
     let per_light = |frame: &Frame, step: &str| {
         let name = format!("light_buckets/{step}");
         frame
-            .compute(&name, shader(&name, threads(capacity)))
+            .compute(&name, shader(&name, over_lights))
             .bind("light_positions", lights.positions, Access::ComputeRead)
             .bind("grid", placement, Access::ComputeRead)
+            .with(read_dispatch)
     };
     let pass = per_light(frame, "mark_cells").bind("cell_bits", listed.cells, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    scan(frame, "cells", listed.cells, listed.ranks, words, false);
+    let range = |bits, ranks, word_count| ScanRange {
+        bits,
+        ranks,
+        first_word: 0,
+        word_count,
+        keep_ranks: false,
+        values: false,
+    };
+    exclusive_scan::add_where(frame, "cells", range(listed.cells, listed.ranks, words), over_cells);
     let per_cell = |frame: &Frame, step: &str| {
         per_light(frame, step)
             .bind("cell_bits", listed.cells, Access::ComputeRead)
@@ -61,7 +90,8 @@ pub fn add(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: Buff
     };
     let pass = per_cell(frame, "count_lights");
     frame.graph.add_pass(pass);
-    scan(frame, "light_buckets", counts, listed.starts, capacity, true);
+    let sums = ScanRange { values: true, ..range(counts, listed.starts, capacity) };
+    exclusive_scan::add_where(frame, "light_buckets", sums, over_counts);
     let pass = per_cell(frame, "list_lights").bind("bucket_starts", listed.starts, Access::ComputeRead).bind(
         "bucket_lights",
         listed.lights,
@@ -69,11 +99,6 @@ pub fn add(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: Buff
     );
     frame.graph.add_pass(pass);
     listed
-}
-
-fn scan(frame: &mut Frame, what: &str, bits: BufferHandle, ranks: BufferHandle, word_count: u32, values: bool) {
-    let range = ScanRange { bits, ranks, first_word: 0, word_count, keep_ranks: false, values };
-    exclusive_scan::add(frame, what, range);
 }
 
 /// Adds the pass that puts the lights of each cell into the order of their numbers.

@@ -19,6 +19,7 @@ pub mod exclusive_scan;
 pub mod first_level;
 pub mod gbuffer;
 pub mod grid_gather;
+pub mod grid_update;
 pub mod half_picture;
 pub mod inspect;
 pub mod interleave;
@@ -293,6 +294,18 @@ fn add_fills(pass: &mut Pass<Work>, buffers: &[(BufferHandle, u32)]) {
         if let Work::Transfer(ops) = &mut pass.payload {
             ops.push(TransferOp::Fill { buffer, value });
         }
+    }
+}
+
+/// A pass that reads the buffer which its dispatch is in, if it is in one.
+#[must_use]
+pub fn read_dispatch(pass: Pass<Work>) -> Pass<Work> {
+    match &pass.payload {
+        Work::Compute(ComputeWork { dispatch: Dispatch::Indirect { buffer, .. }, .. }) => {
+            let buffer = *buffer;
+            pass.uses(buffer, Access::IndirectRead)
+        }
+        _ => pass,
     }
 }
 

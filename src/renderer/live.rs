@@ -35,7 +35,7 @@ pub struct FrameFeedback {
     pub rays: [u32; 2],
     /// What the technique counted.
     pub counts: Vec<Count>,
-    /// What it had no room for, in a sentence.
+    /// What it had no room for, or was found wrong, in a sentence.
     pub complaint: Option<String>,
     /// The pixel asked for.
     pub inspected: Option<InspectedPixel>,
@@ -163,7 +163,7 @@ impl Renderer {
             is_exposed: self.outputs.tone_mapped.is_exposed,
             rays: [*words[1].first()?, *words[1].get(1)?],
             counts: technique.counts(&words[counters.clone()]),
-            complaint: technique.complaint(&words[counters]),
+            complaint: technique.fault(&words[counters.clone()]).or_else(|| technique.complaint(&words[counters])),
             inspected: inspected.map(bytemuck::pod_read_unaligned),
         })
     }

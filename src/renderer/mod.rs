@@ -13,7 +13,7 @@ pub use self::live::{FrameFeedback, holds_for, measure};
 use self::shape::checked_shapes;
 pub use self::show::Show;
 use crate::camera::View;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::files::pictures::Picture;
 use crate::frame::readback;
 use crate::frame::{self, FrameOutputs};
@@ -136,10 +136,12 @@ impl Renderer {
     /// Runs one frame and waits for it, repeated passes in submissions of about `max_submit_ms`.
     ///
     /// # Errors
-    /// When the device is lost.
+    /// When the device is lost, and when the frame's own checks found it wrong.
     pub fn run_in_steps(&mut self, max_submit_ms: f64, on_step: &mut OnStep) -> Result<SteppedFrame> {
         self.follow_last_frame();
-        self.executor.run_in_steps(bytemuck::bytes_of(&self.data), max_submit_ms, on_step)
+        let frame = self.executor.run_in_steps(bytemuck::bytes_of(&self.data), max_submit_ms, on_step)?;
+        self.verify()?;
+        Ok(frame)
     }
 
     /// Submits one frame.
@@ -180,9 +182,18 @@ impl Renderer {
     /// Waits for a frame.
     ///
     /// # Errors
-    /// When the device is lost.
+    /// When the device is lost, and when the frame's own checks found it wrong.
     pub fn wait(&mut self, ticket: FrameTicket) -> Result<FrameResult> {
-        self.executor.wait(ticket)
+        let result = self.executor.wait(ticket)?;
+        self.verify()?;
+        Ok(result)
+    }
+
+    /// Fails where the last frame checks itself and found something wrong.
+    fn verify(&self) -> Result<()> {
+        let technique = &self.shapes.technique;
+        let fault = if technique.checks_itself() { technique.fault(&self.read_counters()?) } else { None };
+        fault.map_or(Ok(()), |sentence| Err(Error::Failure(sentence)))
     }
 
     /// Runs one more frame, pass by pass, and gives `visit` every pass's index with what it wrote.

@@ -30,7 +30,7 @@ pub use groups::{
     DeviceSettings, OutputSettings, PictureSettings, RenderSettings, RunSettings, SceneSettings, TracingSettings,
     WindowSettings,
 };
-pub use motion::{Antilag, MotionSettings, Temporal, VplSeeds};
+pub use motion::{Antilag, GridUpdate, MotionSettings, Temporal, VplSeeds};
 pub use pbgi_values::{Coverage, Hemisphere, MicroFill, Selection};
 pub use pixel::PixelPlace;
 pub use scope::Scope;

@@ -65,6 +65,19 @@ pub enum Antilag {
     Tiles,
 }
 
+/// How the finest grid is made in a frame. The sums are the same to the bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum GridUpdate {
+    /// From that of the frame before by the lights that have changed, where something moves or some light paths are new; anew
+    /// where many have changed.
+    Auto,
+    /// Anew in every frame.
+    Full,
+    /// In both ways, and compared.
+    Check,
+}
+
 impl MotionSettings {
     /// Whether the scene shall move: an animation is asked for, or another moment than the first, or, where `of_sequence`, every
     /// frame is written.

@@ -1,10 +1,10 @@
 //! Settings for tests.
 
 use super::{
-    Antilag, BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, Hemisphere, IndirectSize,
-    LevelBuild, Levels, LightSet, LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays, RenderScale, Reservoir,
-    Selection, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch, Technique, Temporal,
-    TextureFilter, ToneMap, View, VplImportance, VplSeeds,
+    Antilag, BackFaces, CenterWeight, Coverage, EnvironmentSource, Exposure, FirstLevelBuild, GridUpdate, Hemisphere,
+    IndirectSize, LevelBuild, Levels, LightSet, LightingMode, Lobe, MicroFill, PixelPlace, PresentMode, Rays,
+    RenderScale, Reservoir, Selection, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Size, SunPlace, Switch,
+    Technique, Temporal, TextureFilter, ToneMap, View, VplImportance, VplSeeds,
 };
 
 /// Settings of which none is the default.
@@ -58,6 +58,7 @@ pub fn every_value_changed() -> Settings {
         s.tracing.rays = Rays::Query;
         s.lgh.build = LevelBuild::Scatter;
         s.lgh.scatter = Some(FirstLevelBuild::Atomic);
+        s.lgh.grid_update = GridUpdate::Full;
         s.lgh.filter = ShadowFilter::None;
         s.lgh.temporal = Some(Temporal::Shadows);
         s.lgh.temporal_weight = 0.2;

@@ -106,7 +106,8 @@ pub(super) fn has_extension(key: &str, path: &Path, kinds: &[FileKind]) -> Resul
 mod tests {
     use super::*;
     use crate::settings::{
-        Exposure, FirstLevelBuild, LevelBuild, LightSet, LightingMode, PixelPlace, RenderScale, Reservoir, Size,
+        Exposure, FirstLevelBuild, GridUpdate, LevelBuild, LightSet, LightingMode, PixelPlace, RenderScale, Reservoir,
+        Size,
     };
 
     fn complaint(change: impl FnOnce(&mut Settings)) -> String {
@@ -193,6 +194,11 @@ mod tests {
             "--build scatter adds lights to every level, by atomic additions only: leave --scatter out, or choose another \
              --build"
         );
+        let checked = |s: &mut Settings| s.lgh.grid_update = GridUpdate::Check;
+        let expected =
+            "--grid-update check compares with lights sorted by cell: leave --build scatter and --scatter atomic out";
+        assert_eq!(complaint(|s| (s.lgh.build, _) = (LevelBuild::Scatter, checked(s))), expected);
+        assert_eq!(complaint(|s| (s.lgh.scatter, _) = (Some(FirstLevelBuild::Atomic), checked(s))), expected);
         let sentence = complaint(|s| (s.lgh.levels, s.lgh.shadow_from) = (Levels::Fixed(4), 5));
         assert_eq!(sentence, "--shadow-from 5 lies above the top level, which --levels sets to 4");
         let sentence = complaint(|s| (s.picture.size, s.lgh.interleave) = (Size { width: 9, height: 3 }, 4));

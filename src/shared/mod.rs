@@ -8,9 +8,9 @@ mod table;
 mod texels;
 
 pub use structs::{
-    ALL as STRUCTS, CacheCounts, CachePlace, Emitter, FrameData, GpuMaterial, GridLight, GridPlacement, InspectedLevel,
-    InspectedPixel, InspectedSample, InspectedTexel, LEVEL_ROWS, MicroTexel, PointCounts, PunctualLight, ShownPoint,
-    StartCell, StartSample,
+    ALL as STRUCTS, BuiltGrid, CacheCounts, CachePlace, Emitter, FrameData, GpuMaterial, GridLight, GridPlacement,
+    InspectedLevel, InspectedPixel, InspectedSample, InspectedTexel, LEVEL_ROWS, MicroTexel, PointCounts,
+    PunctualLight, ShownPoint, StartCell, StartSample,
 };
 
 pub use table::{FieldInfo, FieldKind, SharedStruct, StructInfo};

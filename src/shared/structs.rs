@@ -322,6 +322,22 @@ shared_structs! {
         pub padding: u32,
     }
 
+    /// What S1 was last built of, for the next build to go on from.
+    pub struct BuiltGrid as "BuiltGrid" {
+        /// Corner of vertex (0, 0, 0).
+        pub origin_ws: [f32; 3],
+        /// Edge of the top level's cell.
+        pub h_top: f32,
+        /// Unit of the fixed-point sums.
+        pub flux_scale: f32,
+        /// Lights in S0.
+        pub light_count: u32,
+        /// VPLs among them.
+        pub vpl_count: u32,
+        /// Vertices of S1; 0 where nothing has been built, or not all of them had room.
+        pub vertex_count: u32,
+    }
+
     /// What the lights of one level send to an inspected pixel.
     pub struct InspectedLevel as "InspectedLevel" {
         /// Lights that contribute.

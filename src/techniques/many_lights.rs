@@ -327,11 +327,11 @@ pub(super) fn light_count(known: &DumpContext<'_>) -> u32 {
     known.words("light_counts").first().copied().unwrap_or(0)
 }
 
-fn light_positions(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+pub(super) fn light_positions(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::records(position_fields(), &[light_count(known).into()], bytes)
 }
 
-fn light_fluxes(bytes: &[u8], known: &DumpContext<'_>) -> Array {
+pub(super) fn light_fluxes(bytes: &[u8], known: &DumpContext<'_>) -> Array {
     Array::records(flux_fields(), &[light_count(known).into()], bytes)
 }
 

@@ -55,6 +55,16 @@ pub trait TechniqueShape: AnyShape + Debug + Send + Sync {
         None
     }
 
+    /// Whether its frames are checked, so that there may be a [`Self::fault`].
+    fn checks_itself(&self) -> bool {
+        false
+    }
+
+    /// One sentence when a frame's own check has found it wrong, from the words of the buffers in [`TechniqueOutputs::counters`].
+    fn fault(&self, _words: &[Vec<u32>]) -> Option<String> {
+        None
+    }
+
     /// The shape of a frame that counts more, too slow for every frame; `None` where there is nothing more to count.
     fn counting(&self) -> Option<Box<dyn TechniqueShape>> {
         None

@@ -10,7 +10,7 @@ const POINTS: &[&str] = &["pbgi", "final-gather", "pbgi-reference"];
 
 /// Keys of settings, and the techniques that read them. All techniques read those that are not here.
 const READERS: &[(&[&str], &[&str])] = &[
-    (&["levels", "alpha", "lobe", "center", "build", "scatter", "shadow-from"], HIERARCHIES),
+    (&["levels", "alpha", "lobe", "center", "build", "scatter", "grid-update", "shadow-from"], HIERARCHIES),
     (
         &[
             "first-level",

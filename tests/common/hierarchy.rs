@@ -4,8 +4,11 @@ use std::sync::Arc;
 
 use gridlight::cpu::count_lights::{LevelTable, TABLE_WORDS};
 use gridlight::cpu::deal_lights::{Deal, SUB_IMAGE_STRIDE};
+use gridlight::cpu::exclusive_scan::exclusive_scan;
 use gridlight::cpu::grid::Grid;
+use gridlight::cpu::grid_update::SlotLights;
 use gridlight::cpu::lights::LightList;
+use gridlight::cpu::scatter_lights::Moments;
 use gridlight::gpu::{Executor, Gpu};
 use gridlight::graph::BufferHandle;
 use gridlight::light_grid::Levels;
@@ -13,7 +16,7 @@ use gridlight::passes::FrameShape;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::light_shape::{LightShape, SLOTS_AT_ONCE};
 use gridlight::settings::{
-    CenterWeight, FirstLevelBuild, LevelBuild, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
+    CenterWeight, FirstLevelBuild, GridUpdate, LevelBuild, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints, View,
 };
 use gridlight::shared::{FrameData, GridLight, GridPlacement};
 use gridlight::techniques::lgh::{self, HierarchyOutputs};
@@ -111,6 +114,41 @@ impl Hierarchy {
         self.read_back(count)
     }
 
+    /// Runs it once over the lights of slots, where it may go on from what it was run over before.
+    pub fn run_slots(&mut self, lights: &SlotLights, scene_radius: f32) -> Readback {
+        let slots = self.outputs.lights.slots.expect("a hierarchy that goes on");
+        let words = (slots.count as usize).div_ceil(32);
+        let mut bits = vec![0; words];
+        let taken = lights.slots.iter().enumerate().filter(|(_, light)| light.is_some());
+        taken.for_each(|(slot, _)| bits[slot / 32] |= 1 << (slot % 32));
+        self.executor.write_buffer(slots.bits, bytemuck::cast_slice(&bits)).unwrap();
+        self.executor.write_buffer(slots.ranks, bytemuck::cast_slice(&exclusive_scan(&bits))).unwrap();
+        self.run(&lights.lights, scene_radius)
+    }
+
+    /// Words of what was counted where it may go on: lights that changed, those that were applied, words that differ.
+    pub fn update_counts(&self) -> [u32; 3] {
+        let words: Vec<u32> = self.read(self.outputs.grid.update_counts.expect("a hierarchy that goes on"));
+        [words[0], words[1], words[2]]
+    }
+
+    /// The sums of S1 that are kept for the next run.
+    pub fn kept_moments(&self) -> Vec<Moments> {
+        let table: Vec<u32> = self.read(self.outputs.grid.level_table);
+        let mut moments: Vec<Moments> = self.read(self.named("kept_moments"));
+        moments.truncate(table[3] as usize);
+        moments
+    }
+
+    /// Writes other sums in their place.
+    pub fn keep_moments(&self, moments: &[Moments]) {
+        self.executor.write_buffer(self.named("kept_moments"), bytemuck::cast_slice(moments)).unwrap();
+    }
+
+    fn named(&self, name: &str) -> BufferHandle {
+        self.executor.graph().buffer_named(name).expect(name)
+    }
+
     fn read_back(&self, light_count: u32) -> Readback {
         let outputs = &self.outputs;
         let placement: Vec<GridPlacement> = self.read(outputs.placement);
@@ -182,6 +220,7 @@ pub fn shape(options: Options) -> LghShape {
         reservoir: Reservoir::Lock,
         build: options.build,
         scatter: if options.build == LevelBuild::Scatter { FirstLevelBuild::Atomic } else { FirstLevelBuild::Sorted },
+        grid_update: GridUpdate::Full,
         filter: ShadowFilter::None,
         temporal: gridlight::settings::Temporal::Off,
         temporal_weight: 0.05,

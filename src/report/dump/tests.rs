@@ -11,8 +11,8 @@ use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
 use crate::passes::{AreaLightShape, FrameShape};
 use crate::settings::{
-    FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter, ShadowPoints,
-    View,
+    FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter,
+    ShadowPoints, View,
 };
 use crate::techniques::testing::{all_shapes, pbgi_shapes};
 
@@ -67,6 +67,7 @@ fn lgh() -> LghShape {
         reservoir: Reservoir::Exact,
         build: LevelBuild::Cascade,
         scatter: FirstLevelBuild::Sorted,
+        grid_update: GridUpdate::Full,
         filter: ShadowFilter::Atrous,
         temporal: crate::settings::Temporal::Off,
         temporal_weight: 0.05,
@@ -91,6 +92,7 @@ fn every_resource_has_an_entry() {
             ..plain.clone()
         },
         LghShape { shadow_points: ShadowPoints::Deviation, ..plain.clone() },
+        LghShape { grid_update: GridUpdate::Check, ..plain.clone() },
         LghShape { indirect_size: IndirectSize::Half, picture_px: [2, 2], ..plain.clone() },
         LghShape { lights: LightShape { shadow_samples: 0, ..LIGHTS }, interleave: 2, ..plain },
     ];

@@ -7,8 +7,8 @@ use crate::Result;
 use crate::settings::group::{Validate, settings_group};
 use crate::settings::validate::{above_zero, require, within};
 use crate::settings::{
-    Antilag, CenterWeight, FirstLevelBuild, LevelBuild, Levels, LightingMode, Lobe, Reservoir, ShadowEstimate,
-    ShadowFilter, ShadowPoints, Temporal,
+    Antilag, CenterWeight, FirstLevelBuild, GridUpdate, LevelBuild, Levels, LightingMode, Lobe, Reservoir,
+    ShadowEstimate, ShadowFilter, ShadowPoints, Temporal,
 };
 use crate::shared::{MAX_LEVEL, MIN_TOP_LEVEL};
 
@@ -56,6 +56,10 @@ settings_group! {
         /// atomic where very many lights share a cell]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "sorted|atomic")]
         pub scatter: Option<FirstLevelBuild> = None,
+        /// Finest grid of a frame: where few lights change, that of the frame before with these subtracted and added; built anew; or both,
+        /// which must be the same to the bit. The picture is the same [default: auto]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "auto|full|check")]
+        pub grid_update: GridUpdate = GridUpdate::Auto,
         /// First level whose lights get shadow rays, 0 to 10 [default: 1]
         #[arg(long, value_name = "L", help_heading = "Shadows")]
         pub shadow_from: u32 = 1,
@@ -142,6 +146,11 @@ impl Validate for LghSettings {
         require(self.build != LevelBuild::Scatter || self.scatter != Some(FirstLevelBuild::Sorted), || {
             "--build scatter adds lights to every level, by atomic additions only: leave --scatter out, or choose another \
              --build"
+                .to_owned()
+        })?;
+        let adds_atomically = self.build == LevelBuild::Scatter || self.scatter == Some(FirstLevelBuild::Atomic);
+        require(self.grid_update != GridUpdate::Check || !adds_atomically, || {
+            "--grid-update check compares with lights sorted by cell: leave --build scatter and --scatter atomic out"
                 .to_owned()
         })
     }

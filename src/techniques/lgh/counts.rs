@@ -1,9 +1,11 @@
 //! What frames of the hierarchy count.
 
 use super::super::{Count, many_lights};
+use super::grid_update;
 use crate::passes::lgh_shape::LghShape;
 
-/// The counters are those of the lights S0, the level table, and the lights tested per pixel where they are counted.
+/// The counters are those of the lights S0, the level table, those of the update of S1 where there is one, and the lights tested
+/// per pixel where they are counted.
 pub(super) fn counts(shape: &LghShape, words: &[Vec<u32>]) -> Vec<Count> {
     let mut counts = many_lights::counts(&shape.lights, words);
     let top = shape.levels.top as usize;
@@ -12,7 +14,8 @@ pub(super) fn counts(shape: &LghShape, words: &[Vec<u32>]) -> Vec<Count> {
         counts.push(Count::new("level_count", "levels", shape.levels.top));
         counts.push(Count::new("grid_lights_per_level", "lights of level", levels));
     }
-    if let Some(tested) = words.get(2) {
+    counts.extend(grid_update::counts(shape, words));
+    if let Some(tested) = words.get(2 + usize::from(shape.is_updated())) {
         let sum: f64 = tested.iter().map(|lights| f64::from(*lights)).sum();
         let pixels = f64::from(shape.picture_px[0]) * f64::from(shape.picture_px[1]);
         let most = tested.iter().copied().max().unwrap_or(0);

@@ -3,6 +3,7 @@
 use ash::vk;
 
 use super::super::many_lights::{self, CAPACITY_MARGIN, check_fit};
+use super::grid_update;
 use crate::gpu::Gpu;
 use crate::job::Job;
 use crate::light_grid::Levels;
@@ -72,6 +73,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<LghShape> {
         reservoir: reservoir_mode(gpu, settings)?,
         build: settings.lgh.build,
         scatter: FirstLevelBuild::Sorted,
+        grid_update: grid_update::mode(job),
         filter: settings.lgh.filter,
         temporal: super::temporal_mode(job),
         temporal_weight: settings.lgh.temporal_weight,

@@ -2,6 +2,7 @@
 
 mod counts;
 mod dump;
+mod grid_update;
 mod inspector;
 mod measure;
 mod passes;
@@ -18,12 +19,14 @@ use crate::passes::Frame;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
 use crate::settings::{
-    IndirectSize, LightingMode, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Temporal, View, name,
+    GridUpdate, IndirectSize, LightingMode, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Temporal,
+    View, name,
 };
 use crate::shared::{FrameData, InspectedPixel};
 use crate::uploaded_scene::UploadedScene;
 
 pub(super) use dump::ENTRIES as DUMP;
+pub(super) use grid_update::DUMP as UPDATE_DUMP;
 pub use measure::reservoir_mode;
 pub(super) use passes::add_hierarchy;
 pub use passes::{HierarchyOutputs, build_hierarchy, construct};
@@ -106,7 +109,7 @@ impl Technique for Lgh {
     }
 
     fn dump_entries(&self) -> &'static [&'static [Entry]] {
-        &[many_lights::DUMP, dump::ENTRIES]
+        &[many_lights::DUMP, dump::ENTRIES, grid_update::DUMP]
     }
 }
 
@@ -120,6 +123,7 @@ pub(super) fn measured_shape(job: &Job<'_>, known: Option<&LghShape>) -> Result<
     } else if needs_lights {
         measure::measure(job, &mut shape)?;
     }
+    grid_update::check(&shape)?;
     if needs_lights {
         measure::check_shadow_levels(job, &shape)?;
     }
@@ -201,6 +205,14 @@ impl TechniqueShape for LghShape {
     fn complaint(&self, words: &[Vec<u32>]) -> Option<String> {
         let (lost, levels) = words.get(1).and_then(|table| table.split_last()).unwrap_or((&0, &[]));
         many_lights::complaint(&self.lights, words, [*lost, levels.iter().skip(1).step_by(2).sum()])
+    }
+
+    fn fault(&self, words: &[Vec<u32>]) -> Option<String> {
+        grid_update::fault(self, words)
+    }
+
+    fn checks_itself(&self) -> bool {
+        self.grid_update == GridUpdate::Check
     }
 
     fn counting(&self) -> Option<Box<dyn TechniqueShape>> {

@@ -4,9 +4,10 @@ use super::super::{Added, InspectPass, TechniqueOutputs, many_lights};
 use crate::gpu::Work;
 use crate::graph::{BufferHandle, Graph};
 use crate::passes::atrous::Filtered;
-use crate::passes::compaction::{GridLights, Lights};
+use crate::passes::compaction::{GridLights, LightSlots, Lights};
 use crate::passes::compose::Indirect;
 use crate::passes::descent::Descent;
+use crate::passes::first_level::Inputs;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::interleave::Composite;
 use crate::passes::lgh_shape::LghShape;
@@ -15,10 +16,12 @@ use crate::passes::merge::MergedLights;
 use crate::passes::shadow_rays::{Samples, ShadowEstimates};
 use crate::passes::temporal::{Light, Reuse};
 use crate::passes::{
-    Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, half_picture, inspect,
-    interleave, light_buckets, light_gather, light_volumes, merge, shadow_rays, temporal,
+    Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, grid_update, half_picture,
+    inspect, interleave, light_buckets, light_gather, light_volumes, merge, shadow_rays, temporal,
 };
-use crate::settings::{FirstLevelBuild, IndirectSize, LevelBuild, LightingMode, ShadowFilter, ShadowPoints, Temporal};
+use crate::settings::{
+    FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, ShadowFilter, ShadowPoints, Temporal,
+};
 
 /// Buffers of the hierarchy that outlive the frame.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +44,7 @@ impl HierarchyOutputs {
     /// What the host can read of them.
     pub(in crate::techniques) fn outputs(&self, shape: &LghShape) -> TechniqueOutputs {
         let mut counters = vec![self.lights.counts, self.grid.level_table];
+        counters.extend(self.grid.update_counts);
         counters.extend(self.lights_tested.filter(|_| shape.count_lights_tested));
         TechniqueOutputs::new(counters, *self)
     }
@@ -84,7 +88,10 @@ fn add_indirect(
 #[must_use]
 pub fn build_hierarchy(frame: FrameShape, shape: &LghShape) -> (Graph<Work>, HierarchyOutputs) {
     let mut frame = Frame::without_scene(frame);
-    let lights = compaction::declare_lights(&mut frame, &shape.lights);
+    let mut lights = compaction::declare_lights(&mut frame, &shape.lights);
+    if shape.grid_update != GridUpdate::Full {
+        lights.slots = Some(LightSlots::given(&mut frame, shape.lights.light_capacity()));
+    }
     let hierarchy = add_grids(&mut frame, shape, lights, true);
     (frame.graph, hierarchy)
 }
@@ -187,33 +194,46 @@ pub(super) fn filter_shadows(
 pub fn construct(frame: &mut Frame, shape: &LghShape, lights: &Lights, placement: BufferHandle) -> GridLights {
     let top = shape.levels.top;
     let mut grid = compaction::begin_grid(frame, shape);
-    match shape.build {
-        LevelBuild::Cascade | LevelBuild::Gather => {
-            let compact = |frame: &mut Frame| {
-                compaction::mark_lights(frame, shape, lights, placement, &grid, 1, 1);
-                compaction::compact_levels(frame, shape, "S1", &grid, 1, 1);
-                compaction::mark_grid_lights(frame, &grid);
-                compaction::compact_levels(frame, shape, "upper", &grid, 2, top);
-            };
-            match shape.scatter {
-                FirstLevelBuild::Sorted => {
-                    let list = |frame: &mut Frame| light_buckets::add(frame, shape, lights, placement);
-                    let ((), buckets) = frame.side_by_side(compact, list);
-                    first_level::add_sorted(frame, shape, lights, placement, &grid, &buckets);
-                    grid.buckets = Some(buckets);
-                }
-                FirstLevelBuild::Atomic => {
-                    compact(frame);
-                    first_level::add(frame, shape, lights, placement, &grid, 1);
-                }
-            }
-            grid_gather::add(frame, shape, placement, &grid);
+    if shape.build == LevelBuild::Scatter {
+        compaction::mark_lights(frame, shape, lights, placement, &grid, 1, top);
+        compaction::compact_levels(frame, shape, "all", &grid, 1, top);
+        first_level::add(frame, Inputs { shape, lights, placement, grid: &grid }, top);
+        return grid;
+    }
+    let compact_s1 = |frame: &mut Frame| {
+        compaction::mark_lights(frame, shape, lights, placement, &grid, 1, 1);
+        compaction::compact_levels(frame, shape, "S1", &grid, 1, 1);
+    };
+    let compact_upper = |frame: &mut Frame| {
+        compaction::mark_grid_lights(frame, &grid);
+        compaction::compact_levels(frame, shape, "upper", &grid, 2, top);
+    };
+    let inputs = Inputs { shape, lights, placement, grid: &grid };
+    let compact = |frame: &mut Frame| {
+        compact_s1(frame);
+        compact_upper(frame);
+    };
+    match (shape.scatter, shape.grid_update) {
+        (FirstLevelBuild::Atomic, _) => {
+            compact(frame);
+            first_level::add(frame, inputs, 1);
         }
-        LevelBuild::Scatter => {
-            compaction::mark_lights(frame, shape, lights, placement, &grid, 1, top);
-            compaction::compact_levels(frame, shape, "all", &grid, 1, top);
-            first_level::add(frame, shape, lights, placement, &grid, top);
+        (FirstLevelBuild::Sorted, GridUpdate::Full) => {
+            let list = |frame: &mut Frame| light_buckets::add(frame, shape, lights, placement);
+            let ((), buckets) = frame.side_by_side(compact, list);
+            first_level::add_sorted(frame, inputs, &buckets);
+            grid.buckets = Some(buckets);
+        }
+        (FirstLevelBuild::Sorted, GridUpdate::Auto | GridUpdate::Check) => {
+            let find = |frame: &mut Frame| grid_update::find_changes(frame, shape, lights);
+            let ((), changes) = frame.side_by_side(compact_s1, find);
+            let build = grid_update::choose_build(frame, inputs, changes);
+            let list = |frame: &mut Frame| light_buckets::add_where(frame, shape, lights, placement, build.lists());
+            let ((), buckets) = frame.side_by_side(compact_upper, list);
+            grid_update::build(frame, inputs, &buckets, &build);
+            (grid.buckets, grid.update_counts) = (Some(buckets), Some(build.counts));
         }
     }
+    grid_gather::add(frame, shape, placement, &grid);
     grid
 }

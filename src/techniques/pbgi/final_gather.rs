@@ -91,7 +91,7 @@ impl Technique for FinalGather {
     }
 
     fn dump_entries(&self) -> &'static [&'static [Entry]] {
-        &[many_lights::DUMP, lgh::DUMP, dump::ENTRIES, dump::TABLES, dump::POINTS]
+        &[many_lights::DUMP, lgh::DUMP, lgh::UPDATE_DUMP, dump::ENTRIES, dump::TABLES, dump::POINTS]
     }
 }
 
@@ -141,6 +141,14 @@ impl TechniqueShape for FinalGatherShape {
         let complaints: Vec<_> =
             [self.points.complaint(points), self.lights.complaint(lights)].into_iter().flatten().collect();
         (!complaints.is_empty()).then(|| complaints.join("; "))
+    }
+
+    fn fault(&self, words: &[Vec<u32>]) -> Option<String> {
+        self.lights.fault(words.get(POINT_COUNTERS..)?)
+    }
+
+    fn checks_itself(&self) -> bool {
+        self.lights.checks_itself()
     }
 
     fn manifest(&self) -> Map<String, Value> {

@@ -61,8 +61,6 @@ fn graph_resources(options: &str) -> BTreeSet<String> {
     let dot = succeed(&all).stdout;
     // The scene's parts are dumped on their own.
     let resources = dot.lines().filter(|line| line.contains("shape=ellipse") && !line.contains("imported"));
-    // What the frame before left is in no pass's folder.
-    let resources = resources.filter(|line| !line.contains("label=\"previous_"));
     let labels = resources.filter_map(|line| line.split_once("label=\""));
     let found: BTreeSet<String> =
         labels.map(|(_, label)| label.split(['\\', '"']).next().unwrap().to_owned()).collect();
@@ -96,7 +94,9 @@ fn check_dump(options: &str) {
     }
     for file in &manifest.files {
         check_file(&path, file);
-        assert_eq!(file.pass_index.map_or("scene", |index| &manifest.passes[index]), file.pass);
+        let of_history = file.resource.starts_with("previous_");
+        let start = if of_history { "history" } else { "scene" };
+        assert_eq!(file.pass_index.map_or(start, |index| &manifest.passes[index]), file.pass);
     }
     assert!(manifest.files.iter().any(|f| f.resource == "picture" && f.shape == [27, 48]));
     // Nothing but the manifest and its files.
@@ -121,6 +121,25 @@ fn frames_with_history_are_dumped() {
     check_dump("--temporal shadows --antilag tiles --frames 2 --vpl-seeds fresh");
     check_dump("--temporal indirect --interleave 2 --frames 2");
     check_dump("--grid-update check --vpl-seeds rolling --frames 2");
+}
+
+#[test]
+fn a_history_that_differs_is_found_before_all_passes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a", "b"].map(|name| dump(folder.path(), name, "--temporal shadows --frames 2"));
+    assert_eq!(diff(&a, &b, &[]).code, Some(0));
+    let path = b.join("history/previous_temporal_shadowed.exr");
+    let mut picture = Picture::read(&path).unwrap();
+    let texel: &mut [u8; 4] = picture.channels[0].1.first_chunk_mut().unwrap();
+    *texel = (f32::from_le_bytes(*texel) + 0.25).to_le_bytes();
+    picture.write(&path).unwrap();
+    let found = diff(&a, &b, &[]);
+    complains(&found, 3, &["first in the history"]);
+    let last = found.stdout.lines().last().unwrap();
+    assert!(last.starts_with("the frames start from another history: 1 of "), "{last}");
+    // A first frame has none.
+    let first = dump(folder.path(), "first", "--temporal shadows --frames 1 --warmup 0");
+    assert!(!first.join("history").exists());
 }
 
 #[test]

@@ -15,6 +15,6 @@ pub fn diff(args: &DiffDumpsArgs) -> Result<()> {
     say(&format!("{}\n\n{}", comparison.table(), comparison.sentence()))?;
     match comparison.first() {
         None => Ok(()),
-        Some(row) => Err(Error::Threshold(format!("the dumps differ, first in pass {}", row.pass))),
+        Some(row) => Err(Error::Threshold(format!("the dumps differ, first in {}", row.place()))),
     }
 }

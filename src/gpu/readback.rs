@@ -3,6 +3,7 @@
 //! Transient resources share memory, so that after the frame most of them are gone; right after its pass each is
 //! there, and an image is in the layout that the pass used it in.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::buffer::Buffer;
@@ -14,7 +15,7 @@ use super::scene_set::SceneSet;
 use super::transfer;
 use super::work::{TransferOp, Work};
 use crate::error::Result;
-use crate::graph::{Access, Handle, ResourceInfo, Use};
+use crate::graph::{Access, Handle, Lifetime, ResourceInfo, Use};
 
 /// What one resource held right after a pass that wrote to it.
 #[derive(Clone, Debug)]
@@ -39,6 +40,25 @@ pub struct SceneBytes {
 }
 
 impl Executor {
+    /// What the last frame has read of the one before it: all of its history that some pass uses. Call it before
+    /// [`Self::run_and_read`].
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn read_history(&self) -> Result<Vec<Written>> {
+        self.gpu.wait_idle()?;
+        let resources = self.frame.graph.resources();
+        let uses = self.frame.graph.passes().iter().flat_map(|pass| &pass.uses);
+        // Of several uses the last one, which has left it in its layout.
+        let of_history =
+            uses.filter(|used| matches!(resources[used.resource.index()].lifetime, Lifetime::Previous { .. }));
+        let last_uses: BTreeMap<usize, Use> = of_history.map(|used| (used.resource.index(), *used)).collect();
+        let levels = last_uses
+            .into_values()
+            .flat_map(|used| resources[used.resource.index()].info.levels(used.level).map(move |level| (used, level)));
+        levels.map(|(used, level)| self.read_after(used, level)).collect()
+    }
+
     /// Runs the last frame once more, pass by pass, each waited for, and gives `visit` every pass's index with what it
     /// wrote. Pairs of its history keep their places, so that it writes what it wrote before.
     /// Buffers that a pass only clears for a later one are left out.

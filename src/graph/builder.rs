@@ -10,6 +10,9 @@ use super::resource::{
     BufferHandle, BufferInfo, Handle, History, ImageHandle, ImageInfo, Lifetime, Part, Resource, ResourceInfo,
 };
 
+/// What names begin with of what the frame before has left.
+pub const PREVIOUS: &str = "previous_";
+
 /// Names a pass of one graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PassId(usize);
@@ -234,7 +237,7 @@ impl<P> Graph<P> {
     fn history(&mut self, name: &str, info: ResourceInfo) -> [usize; 2] {
         let previous = self.resources.len();
         let current = Lifetime::Previous { current: Handle(previous + 1) };
-        self.resource_slot(&format!("previous_{name}"), info, current);
+        self.resource_slot(&format!("{PREVIOUS}{name}"), info, current);
         [previous, self.resource_slot(name, info, Lifetime::Current { previous: Handle(previous) })]
     }
 

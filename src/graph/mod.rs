@@ -14,7 +14,7 @@ mod resource;
 
 pub use access::{Access, SyncScope};
 pub use alias::{AliasPlan, Placement, Requirement, add_alias_barriers, assign};
-pub use builder::{BindingName, Graph, Pass, PassId, Use};
+pub use builder::{BindingName, Graph, PREVIOUS, Pass, PassId, Use};
 pub use check::PlanError;
 pub use dump::to_dot;
 pub use hoist::hoist;

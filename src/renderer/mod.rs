@@ -196,6 +196,15 @@ impl Renderer {
         fault.map_or(Ok(()), |sentence| Err(Error::Failure(sentence)))
     }
 
+    /// What the last frame has read of the one before it; nothing where its history was not valid. Call it before
+    /// [`Self::run_and_read`].
+    ///
+    /// # Errors
+    /// When the device is lost or has no memory.
+    pub fn read_history(&self) -> Result<Vec<Written>> {
+        if self.data.history_is_valid == 0 { Ok(Vec::new()) } else { self.executor.read_history() }
+    }
+
     /// Runs one more frame, pass by pass, and gives `visit` every pass's index with what it wrote.
     ///
     /// # Errors

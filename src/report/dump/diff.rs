@@ -57,6 +57,15 @@ impl Row {
     }
 }
 
+impl Row {
+    /// Where it is of: a pass, or one of the things that a frame starts from.
+    #[must_use]
+    pub fn place(&self) -> String {
+        let kind = if self.order.is_some() { "pass" } else { "the" };
+        format!("{kind} {}", self.pass)
+    }
+}
+
 /// Two dumps compared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
@@ -315,7 +324,11 @@ impl Comparison {
             Some(note) => format!("{}: {note}", first.resource),
             None => differ,
         };
-        format!("the first pass that differs is {}: {what}; {files} of {} files differ", first.pass, self.rows.len())
+        let place = match first.order {
+            Some(_) => format!("the first pass that differs is {}", first.pass),
+            None => format!("the frames start from another {}", first.pass),
+        };
+        format!("{place}: {what}; {files} of {} files differ", self.rows.len())
     }
 }
 

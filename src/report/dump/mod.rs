@@ -15,7 +15,7 @@ pub use crate::dump::array;
 use crate::dump::{Array, Contents, Derived, DumpContext, Scalar, all_words};
 use crate::environment::upload::PreparedEnvironment;
 use crate::gpu::{Gpu, Work, Written};
-use crate::graph::{ImageDepth, ImageInfo, Resource, ResourceInfo};
+use crate::graph::{ImageDepth, ImageInfo, PREVIOUS, Resource, ResourceInfo};
 use crate::renderer::{Renderer, UploadedScene};
 use crate::report::timings::{Device, Program, SceneInfo};
 use crate::scene::Scene;
@@ -27,6 +27,9 @@ use folder::DumpFolder;
 use images::Picture;
 use manifest::{FileEntry, Manifest, SCHEMA, frame_constants};
 use table::{entry, others};
+
+/// Stands for a pass where something is of the frame before, and its folder.
+const HISTORY: &str = "history";
 
 /// What a dump is made of.
 pub struct Sources<'a> {
@@ -55,6 +58,10 @@ pub fn write(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
     let Shapes { frame: shape, technique } = sources.renderer.shapes();
     let known = DumpContext::new(shape, (**technique).as_any());
     let mut frame = FrameDump { folder, known, shapes: sources.renderer.shapes() };
+    frame.known.pass = HISTORY.to_owned();
+    for part in sources.renderer.read_history()? {
+        frame.add(None, &graph.resources()[part.resource], &part)?;
+    }
     sources.renderer.run_and_read(|index, written| {
         let pass = &graph.passes()[index];
         frame.known.pass.clone_from(&pass.name);
@@ -140,7 +147,7 @@ impl FrameDump<'_> {
         let filled = resources.iter().enumerate().filter_map(|(i, resource)| Some((i, resource.contents.as_ref()?)));
         filled
             .map(|(resource, contents)| Written { resource, level: 0, bytes: contents.to_vec() })
-            .try_for_each(|part| self.add(0, &resources[part.resource], &part))
+            .try_for_each(|part| self.add(Some(0), &resources[part.resource], &part))
     }
 
     fn add_pass(&mut self, index: usize, resources: &[Resource], written: &[Written]) -> Result<()> {
@@ -150,16 +157,20 @@ impl FrameDump<'_> {
                 self.known.note(name, &part.bytes);
             }
         }
-        written.iter().try_for_each(|part| self.add(index, &resources[part.resource], part))
+        written.iter().try_for_each(|part| self.add(Some(index), &resources[part.resource], part))
     }
 
-    fn add(&mut self, index: usize, resource: &Resource, Written { level, bytes, .. }: &Written) -> Result<()> {
-        let about = entry(self.technique(), &resource.name);
+    /// Adds what a pass has written, or without one what the frame before has left, which is described like what this one
+    /// leaves.
+    fn add(&mut self, index: Option<usize>, resource: &Resource, Written { level, bytes, .. }: &Written) -> Result<()> {
+        let of_history = resource.name.strip_prefix(PREVIOUS).filter(|_| index.is_none());
+        let about = entry(self.technique(), of_history.unwrap_or(&resource.name));
         let pass = self.known.pass.clone();
         let finish = |mut file: FileEntry, size_bytes: usize| {
             file.resource_bytes = size_bytes as u64;
             file.units = about.map_or("unknown", |a| a.units).to_owned();
-            file.meaning = about.map_or("No description.", |a| a.meaning).to_owned();
+            let meaning = about.map_or("No description.", |a| a.meaning);
+            file.meaning = of_history.map_or_else(|| meaning.to_owned(), |_| format!("Of the frame before. {meaning}"));
             file
         };
         let interleaved = about.is_some_and(|a| a.interleaved) && self.shapes.technique.is_interleaved();
@@ -182,11 +193,12 @@ impl FrameDump<'_> {
             }
             ResourceInfo::Buffer(_) => {
                 let unpack = match about.map(|a| a.contents) {
-                    Some(Contents::Buffer(unpack)) => unpack,
+                    // How much of it was in use is no longer known.
+                    Some(Contents::Buffer(unpack)) if of_history.is_none() => unpack,
                     _ => all_words,
                 };
                 let array = unpack(bytes, &self.known);
-                let mut file = finish(array_entry(Some(index), &pass, &resource.name, &array), bytes.len());
+                let mut file = finish(array_entry(index, &pass, &resource.name, &array), bytes.len());
                 file.layout = about.is_some_and(|a| a.interleaved).then(|| layout.to_owned());
                 self.folder.add_array(file, &array)
             }
@@ -245,13 +257,13 @@ fn array_entry(pass_index: Option<usize>, pass: &str, resource: &str, array: &Ar
     }
 }
 
-fn image_entry(pass_index: usize, pass: &str, resource: &str, picture: &Picture) -> FileEntry {
+fn image_entry(pass_index: Option<usize>, pass: &str, resource: &str, picture: &Picture) -> FileEntry {
     FileEntry {
-        file: file_name(Some(pass_index), pass, resource, "exr"),
+        file: file_name(pass_index, pass, resource, "exr"),
         dtype: json!(picture.scalar.type_string()),
         shape: vec![picture.height_px.into(), picture.width_px.into()],
         channels: picture.channels.iter().map(|(name, _)| name.clone()).collect(),
-        ..blank(Some(pass_index), pass, resource, "image")
+        ..blank(pass_index, pass, resource, "image")
     }
 }
 

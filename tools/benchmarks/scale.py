@@ -1,11 +1,13 @@
 """What becomes of inputs that are large in one way each: a picture or a refusal, the memory, the time."""
 import dataclasses
 import math
+import multiprocessing
 import tempfile
 import time
 from pathlib import Path
 
 from . import large, report
+from .errors import BenchError
 from .markdown import count, number, table
 from .protocol import attempt, probe, shared_folder, without_paths
 
@@ -57,6 +59,15 @@ def inputs(quick):
 NAMES = [one.name for one in inputs(quick=True)]
 
 
+def make(one, file):
+    """Makes an input in a process of its own: the memory of a process counts that of the one which started it."""
+    process = multiprocessing.get_context("fork").Process(target=one.make, args=(file,))
+    process.start()
+    process.join()
+    if process.exitcode:
+        raise BenchError(f"{one.name}: the input could not be made")
+
+
 def run_one(program, one, folder):
     """Makes the input, renders it, and deletes it; gives what became of it, or nothing where its scene is not there."""
     if one.scene is not None and not one.scene.is_file():
@@ -65,7 +76,7 @@ def run_one(program, one, folder):
     scene = [str(one.scene)] if one.scene else []
     if one.make:
         file = folder / f"{one.name}.glb"
-        one.make(file)
+        make(one, file)
         scene = [str(file)]
     input_bytes = sum(file.stat().st_size for file in folder.iterdir())
     sky = str(folder / f"{one.name}.exr")

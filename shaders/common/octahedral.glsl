@@ -5,11 +5,13 @@ uint pack_octahedral(vec3 n) {
     return packSnorm2x16(n.z >= 0.0 ? n.xy : folded);
 }
 
+// Precise, as several shaders sum normals of lights and their sums are to be the same to the bit.
 vec3 unpack_octahedral(uint packed_normal) {
     vec2 e = unpackSnorm2x16(packed_normal);
-    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    precise vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
     float t = max(-n.z, 0.0);
     n.x += n.x >= 0.0 ? -t : t;
     n.y += n.y >= 0.0 ? -t : t;
-    return normalize(n);
+    precise vec3 unit = normalize(n);
+    return unit;
 }

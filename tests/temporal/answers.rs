@@ -1,20 +1,27 @@
 //! Runs of frames with known answers.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use glam::Vec3;
 use gridlight::renderer::Fresh;
 use gridlight::scene::testing::{diffuse, scene_from_quads};
 use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Settings, ShadowEstimate, ShadowFilter, Size, Temporal};
 use gridlight::uploaded_scene::UploadedScene;
+use serde_json::json;
 
 use crate::common::gpu;
 use crate::common::picture::{SIZES, Texel};
 use crate::common::rooms::{add_quad, camera, furnished_room};
 use crate::run::{Run, settings};
+use crate::support::animated::{playing, slide};
+use crate::support::quad_glb;
 
 const MODES: [Temporal; 2] = [Temporal::Shadows, Temporal::Indirect];
 const ESTIMATES: [ShadowEstimate; 3] = [ShadowEstimate::Ratio, ShadowEstimate::Corrected, ShadowEstimate::Unbiased];
 const SIZE: Size = SIZES[4];
+/// Distance of a box that moves.
+const BOX_M: f32 = 2.0;
 
 #[test]
 fn held_light_paths_give_the_mean_of_the_frames() {
@@ -178,11 +185,48 @@ fn what_a_moved_camera_uncovers_begins_anew() {
     // The camera moves, and with it everything but the box in the picture: what was behind the box comes into sight.
     run.step_right(0.1);
     run.next();
+    let (anew, kept) = pixels_that_begin_anew(&run, &depth_before, 1.0);
+    assert!(anew >= 5 && kept > 300, "{anew} pixels begin anew, {kept} go on");
+}
+
+/// Where a box was that has moved by ten pixels, the wall behind it begins anew; everything else goes on, the box with it.
+#[test]
+fn what_a_moved_box_uncovers_begins_anew() {
+    let test = gpu();
+    let settings = settings(SIZE, Temporal::Shadows, ShadowEstimate::Corrected);
+    let upright = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
+    let glb = quad_glb(|document, bin| {
+        document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 40.0}]}});
+        document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
+        document["nodes"] = json!([
+            {"mesh": 0, "rotation": upright, "scale": [0.3, 1.0, 0.3], "translation": [-0.5, 0.0, -BOX_M]},
+            {"mesh": 0, "rotation": upright, "scale": [9.0, 1.0, 9.0], "translation": [0.0, 0.0, -3.0]},
+            {"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0.0, 0.5, -0.5]},
+            {"camera": 0}
+        ]);
+        document["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+        slide(document, bin, 0);
+    });
+    let mut scene = playing(&glb);
+    let mut run = Run::new(&test.gpu, &scene, &settings);
+    (0..5).for_each(|_| run.next());
+    let depth_before: Vec<f32> = run.last().written.all("gbuffer", "gbuffer_depth");
+    // A metre a second.
+    scene.pose(f64::from(10.0 * BOX_M * 2.0 * (0.45_f32).tan() / SIZE.height as f32));
+    run.uploaded.follow(&test.gpu, &scene).unwrap();
+    run.next();
+    let (anew, kept) = pixels_that_begin_anew(&run, &depth_before, BOX_M);
+    assert!(anew >= 20 && kept > 300, "{anew} pixels begin anew, {kept} go on");
+}
+
+/// Checks which pixels of the last frame begin anew: those whose surface, the box or what is behind it, was not in sight in the
+/// frame before. The box is `box_m` away. How many begin anew, and how many go on.
+fn pixels_that_begin_anew(run: &Run<'_>, depth_before: &[f32], box_m: f32) -> (usize, usize) {
     let frame = run.last();
     let depth: Vec<f32> = frame.written.all("gbuffer", "gbuffer_depth");
     let motion: Vec<[f32; 4]> = frame.written.all("gbuffer", "gbuffer_motion");
     let frames = frame.floats("temporal/blend", "temporal_shadowed");
-    let is_box = |depth: f32| (run.camera.near / depth - 1.0).abs() < 0.01;
+    let is_box = |depth: f32| (run.camera.near / depth - box_m).abs() < 0.01;
     let (mut anew, mut kept) = (0, 0);
     for (x, y) in frame.pixels() {
         let index = frame.surfaces.index(x, y).unwrap();
@@ -198,12 +242,12 @@ fn what_a_moved_camera_uncovers_begins_anew() {
         if seen.iter().all(|same| !same) {
             assert_eq!(frames[index][3], 1.0, "pixel {x}, {y} goes on");
             anew += usize::from(!seen.is_empty());
-        } else if seen.len() == 4 && seen.iter().all(|same| *same) && !is_edge(&depth_before, &taps, &frame) {
+        } else if seen.len() == 4 && seen.iter().all(|same| *same) && !is_edge(depth_before, &taps, &frame) {
             assert!(frames[index][3] > 5.0, "pixel {x}, {y} has {} frames", frames[index][3]);
             kept += 1;
         }
     }
-    assert!(anew >= 5 && kept > 300, "{anew} pixels begin anew, {kept} go on");
+    (anew, kept)
 }
 
 /// Whether a surface of another kind lies among these pixels, such as where wall and floor meet.

@@ -1,7 +1,8 @@
 //! The à-trous wavelet (`shaders/atrous`).
 
+use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::Scene;
-use gridlight::settings::{Settings, ShadowEstimate};
+use gridlight::settings::{Settings, ShadowEstimate, Temporal};
 
 use crate::common;
 use crate::common::compare::Verdict;
@@ -17,6 +18,8 @@ struct Iteration {
     /// The first one cuts outliers, unless the estimate is unbiased, and takes the deviations from the pixels around.
     is_first: bool,
     cuts: bool,
+    /// With a history the first one is told the deviations of pixels that have been seen for a while; others are below 0.
+    is_told: bool,
     /// Distance of neighbours.
     step_px: i32,
     /// Weights of the taps along an axis, from the middle.
@@ -39,6 +42,7 @@ impl Iteration {
     /// Iteration `number`, from 1, of a frame with this estimate.
     fn of(frame: &Frame, estimate: ShadowEstimate, number: usize) -> Self {
         Self {
+            is_told: number == 1 && has_history(frame),
             is_first: number == 1,
             cuts: estimate != ShadowEstimate::Unbiased,
             step_px: frame.n << (number - 1),
@@ -52,6 +56,10 @@ impl Iteration {
             last_relaxed_step: 8,
         }
     }
+}
+
+fn has_history(frame: &Frame) -> bool {
+    frame.written.get::<f32>("temporal/blend", "shadowed_blended").is_some()
 }
 
 /// How many iterations there are: steps double up to 4, or up to 16 where the shadowed estimate itself is the picture.
@@ -70,6 +78,7 @@ impl Images {
     /// What goes into an iteration of a frame.
     fn before(frame: &Frame, estimate: ShadowEstimate, number: usize) -> Self {
         let image = |what: &str, number: usize| match number {
+            1 if has_history(frame) => frame.floats("temporal/blend", &format!("{what}_blended")),
             1 if frame.n > 1 => frame.floats(&format!("interleave/blur_{what}_y"), &format!("{what}_blurred_y")),
             1 => frame.floats("shadow_rays", what),
             _ => output(frame, what, number - 1),
@@ -145,7 +154,12 @@ fn filtered(frame: &Frame, images: &Images, by: &Iteration, x: i32, y: i32) -> (
     let footprint = surfaces.footprint(center);
     let nearness = by.nearness_sigma * footprint * f64::from(by.step_px);
     let greatest = images.greatest_plausible(frame, by, x, y);
-    let deviation = |index: usize| if by.is_first { 1.0 } else { images.shadowed[index][3] };
+    let is_blind = by.is_first && !(by.is_told && images.shadowed[center][3] >= 0.0);
+    let deviation = |index: usize| match images.shadowed[index][3] {
+        _ if is_blind => 1.0,
+        unknown if unknown < 0.0 => images.shadowed[center][3],
+        known => known,
+    };
     let center_luminance = luminance(images.estimates(center, greatest)[0]);
     let (mut strict, mut relaxed, mut alike) = (Sums::default(), Sums::default(), 0.0);
     for (dx, dy) in taps() {
@@ -159,7 +173,7 @@ fn filtered(frame: &Frame, images: &Images, by: &Iteration, x: i32, y: i32) -> (
         let estimates = images.estimates(index, greatest);
         let difference = luminance(estimates[0]) - center_luminance;
         let deviations = by.noise_sigma * (deviation(center) + deviation(index));
-        let likeness = if by.is_first { 1.0 } else { (-difference.abs() / deviations.max(1e-30)).exp() };
+        let likeness = if is_blind { 1.0 } else { (-difference.abs() / deviations.max(1e-30)).exp() };
         strict.add(estimates, difference, deviation(index), weight * likeness);
         let near = tap * likeness * (-offset.length_squared() / (nearness * nearness)).exp();
         relaxed.add(estimates, difference, deviation(index), near);
@@ -169,7 +183,7 @@ fn filtered(frame: &Frame, images: &Images, by: &Iteration, x: i32, y: i32) -> (
     let lack = if may_relax { (1.0 - support / by.min_support).clamp(0.0, 1.0) } else { 0.0 };
     let total = strict.weight + lack * relaxed.weight;
     let [m1, m2] = [0, 1].map(|i| (strict.moments[i] + lack * relaxed.moments[i]) / total);
-    let own_variance = if by.is_first { (m2 - m1 * m1).max(0.0) } else { 1.0 };
+    let own_variance = if is_blind { (m2 - m1 * m1).max(0.0) } else { 1.0 };
     let variance = own_variance * (strict.variance + lack * lack * relaxed.variance) / (total * total);
     let mean = |side: usize, alpha: f64| -> Texel {
         let [r, g, b] = [0, 1, 2].map(|i| (strict.estimates[side][i] + lack * relaxed.estimates[side][i]) / total);
@@ -226,6 +240,44 @@ fn every_iteration_is_its_formula() {
         }
     }
     assert!(relaxed > 20, "only {relaxed} pixels stand alone: the slats are of no use");
+}
+
+/// The last of so many frames with history.
+fn after(test: &common::GpuTest, scene: &Scene, settings: &Settings, frames: u32) -> Frame {
+    let uploaded = UploadedScene::new(&test.gpu, scene).unwrap();
+    let camera = &scene.cameras[0];
+    let mut renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, settings)).unwrap();
+    for frame in 0..frames {
+        renderer.set_accumulated_frame(frame, Fresh::Shadows);
+        let ticket = renderer.submit().unwrap();
+        renderer.wait(ticket).unwrap();
+    }
+    Frame::by(&renderer, camera, settings)
+}
+
+#[test]
+fn with_history_the_first_iteration_is_told_the_noise() {
+    let test = common::gpu();
+    for (estimate, interleave) in ESTIMATES.map(|estimate| (estimate, 1)).into_iter().chain([(ESTIMATES[0], 2)]) {
+        let settings = settings(estimate).changed(|s| {
+            (s.picture.size, s.lgh.interleave) = (SIZES[4], interleave);
+            s.many_lights.shadow_samples = 1;
+            s.lgh.temporal = Some(Temporal::Shadows);
+        });
+        // Before the fourth frame the noise is not known.
+        for (frames, is_known) in [(2, false), (7, true)] {
+            let frame = after(&test, &folding_screen(), &settings, frames);
+            for number in 1..=iterations(&frame, estimate) {
+                let verdict = check(&frame, estimate, number, &Iteration::of(&frame, estimate, number)).0;
+                verdict.unwrap_or_else(|e| panic!("{frames} frames, interleave {interleave}, {estimate:?}: {e}"));
+            }
+            let first = Iteration::of(&frame, estimate, 1);
+            let untold = check(&frame, estimate, 1, &Iteration { is_told: false, ..first }).0;
+            assert_eq!(untold.is_err(), is_known, "{frames} frames: noise from the pixels around");
+            let stops_less = Iteration { noise_sigma: 1.05 * first.noise_sigma, ..first };
+            assert_eq!(check(&frame, estimate, 1, &stops_less).0.is_err(), is_known, "{frames} frames");
+        }
+    }
 }
 
 #[test]

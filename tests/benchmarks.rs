@@ -98,7 +98,7 @@ fn faults_of_inputs(results: &Path) -> Vec<String> {
         .filter(|input| input["result"] != "a picture")
         .map(|input| format!("{}: {}", input["case"], input["result"]))
         .collect();
-    if inputs.len() < 9 {
+    if inputs.len() < 11 {
         faults.push(format!("{} inputs", inputs.len()));
     }
     faults

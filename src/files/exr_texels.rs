@@ -66,14 +66,14 @@ pub fn read_meta(file: &mut File) -> Result<MetaData, String> {
         return Err(mistaken(&start).unwrap_or("it is no OpenEXR file").to_owned());
     }
     file.rewind().map_err(|e| e.to_string())?;
-    let meta = MetaData::read_from_buffered(BufReader::new(&*file), false).map_err(told)?;
+    let meta = MetaData::read_from_buffered(BufReader::new(&*file), false).map_err(|e| told(&e))?;
     check_stored(&meta.headers, file.metadata().map_err(|e| e.to_string())?.len())?;
     file.rewind().map_err(|e| e.to_string())?;
     Ok(meta)
 }
 
 /// What is wrong with a file, in our words where the decoder's say little.
-fn told(error: exr::error::Error) -> String {
+fn told(error: &exr::error::Error) -> String {
     let said = error.to_string();
     if said.contains("reference to missing bytes") { "it ends before its texels do".to_owned() } else { said }
 }
@@ -126,7 +126,7 @@ fn collect<T: Texels>(file: File, colors: &Colors, size: [u32; 2], offset: Vec2<
             .from_buffered(buffered)
             .map(|image| image.layer_data.channel_data.pixels),
     };
-    texels.map_err(told)
+    texels.map_err(|e| told(&e))
 }
 
 /// Whether the file may have what its parts announce: at least two bytes for each number.

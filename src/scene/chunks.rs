@@ -111,7 +111,7 @@ mod tests {
         let at = |i: u32| 20.0 * Vec3::from_array([0, 1, 2].map(|axis| unit_float(hash(3 * i + axis)) - 0.5));
         let chunk = |i: u32| Chunk {
             draw: Draw { first_index: 3 * i, index_count: 3, material: i % 2 },
-            surfaces: if i % 2 == 0 { Surfaces::Plain } else { Surfaces::Detailed },
+            surfaces: if i.is_multiple_of(2) { Surfaces::Plain } else { Surfaces::Detailed },
             bounds: Aabb { min: at(i) - 0.5, max: at(i) + 0.5 },
         };
         (0..count).map(chunk).collect()

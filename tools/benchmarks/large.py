@@ -98,6 +98,24 @@ def grid(file, side, copies=1):
     scene.write(file)
 
 
+def moving(file, side, copies):
+    """So many grids of 2 side^2 triangles each, in a square, that rise in turn and come back after two seconds."""
+    row = math.isqrt(copies - 1) + 1
+    scene = Scene(side * row)
+    mesh = scene.add("meshes", {"primitives": [grid_primitive(scene, side)]})
+    times = scene.accessor(array("f", [0, 1, 2]), "SCALAR")
+    samplers, channels = [], []
+    for i in range(copies):
+        x, z = i % row * side, i // row * side
+        heights = [0, side * (i + 1) / copies, 0]
+        places = scene.accessor(array("f", (value for y in heights for value in (x, y, z))), "VEC3")
+        node = scene.add("nodes", {"mesh": mesh, "translation": [x, 0, z]})
+        channels.append({"sampler": len(samplers), "target": {"node": node, "path": "translation"}})
+        samplers.append({"input": times, "output": places})
+    scene.add("animations", {"name": "rise", "samplers": samplers, "channels": channels})
+    scene.write(file)
+
+
 def materials(file, count, textures=()):
     """So many squares, each with a material of its own, and with a texture of its own where there are any."""
     row = math.isqrt(count - 1) + 1

@@ -36,6 +36,8 @@ def inputs(quick):
     picture = less(LARGE_PICTURE, "--size 64x36")
     colors, images, side = less(4096, 9), less(1000, 5), less(3162, 8)
     copies, copied_side = less(1000, 4), less(100, 4)
+    moving_side, moving_copies = less(50, 3), less(20, 3)
+    frames = f"--size {less('640x360', '32x18')} --vpls {less('100k', 2000)} --frames {less(12, 2)}"
     sky = f"{width}x{height}"
     squares = f"{colors} materials"
     return [
@@ -51,6 +53,9 @@ def inputs(quick):
         Input("picture", squares, f"--technique direct {picture}", lambda file: large.materials(file, colors)),
         Input("picture-vpls", squares, f"--vpls 1000 {picture}", lambda file: large.materials(file, colors)),
         Input("triangles", f"one grid of {2 * side**2:,} triangles", DIRECT, lambda file: large.grid(file, side)),
+        *[Input(f"motion-{name}", f"{2 * moving_side**2 * moving_copies:,} triangles that move, {words}",
+                f"{frames} --animation {name}", lambda file: large.moving(file, moving_side, moving_copies))
+          for name, words in (("none", "at rest"), ("rise", "in motion"))],
         Input("instances", f"{2 * copied_side**2:,} triangles, {count(copies)} times (`EXT_mesh_gpu_instancing`)", DIRECT,
               lambda file: large.grid(file, copied_side, copies)),
     ]

@@ -5,13 +5,12 @@ mod support;
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::{Path, PathBuf};
 
-use gridlight::files::pictures::read_exr;
 use gridlight::scene::testing::shared_dir;
 use serde_json::json;
-use support::animated::slide;
+use support::animated::{pixels, render, slide};
 #[cfg(feature = "window")]
 use support::xvfb::Xvfb;
-use support::{names, program, quad_glb, run, succeed};
+use support::{names, program, quad_glb, run};
 
 /// What of the scene is carried along x, by a metre a second.
 #[derive(Clone, Copy, PartialEq)]
@@ -45,20 +44,6 @@ fn scene(folder: &Path, carried: Carried, x: f64) -> PathBuf {
     let path = folder.join("scene.glb");
     std::fs::write(&path, glb).unwrap();
     path
-}
-
-/// Renders into `picture` of the folder.
-fn render(folder: &Path, scene: &Path, options: &str, picture: &str) {
-    let options = format!("--headless --quiet --validation --size 64x36 --vpls 2000 {options}");
-    let mut arguments: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
-    arguments.extend([scene, Path::new("--output"), &folder.join(picture)].map(|p| p.to_str().unwrap().to_owned()));
-    succeed(&arguments);
-}
-
-fn pixels(folder: &Path, picture: &str) -> Vec<f32> {
-    let (_, _, rgb) = read_exr(folder.join(picture)).unwrap();
-    assert!(rgb.iter().all(|value| value.is_finite() && *value >= 0.0), "{picture}");
-    rgb
 }
 
 /// Share of the values that differ by more than a hundredth.

@@ -5,9 +5,9 @@ mod support;
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::{Path, PathBuf};
 
-use gridlight::files::pictures::read_exr;
 use serde_json::{Value, json};
-use support::{quad_glb, succeed};
+use support::animated::{pixels, render};
+use support::quad_glb;
 
 /// Intensities of the lamp at 0 s, 1 s and 2 s, each until the next.
 const INTENSITIES: [f32; 3] = [0.0, 40.0, 8.0];
@@ -58,20 +58,6 @@ fn animate(document: &mut Value, bin: &mut Vec<u8>) {
     }]);
     document["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_animation_pointer"]);
     document["buffers"][0]["byteLength"] = json!(bin.len());
-}
-
-/// Renders into `picture` of the folder.
-fn render(folder: &Path, scene: &Path, options: &str, picture: &str) {
-    let options = format!("--headless --quiet --validation --size 64x36 --vpls 2000 {options}");
-    let mut arguments: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
-    arguments.extend([scene, Path::new("--output"), &folder.join(picture)].map(|p| p.to_str().unwrap().to_owned()));
-    succeed(&arguments);
-}
-
-fn pixels(folder: &Path, picture: &str) -> Vec<f32> {
-    let (_, _, rgb) = read_exr(folder.join(picture)).unwrap();
-    assert!(rgb.iter().all(|value| value.is_finite() && *value >= 0.0), "{picture}");
-    rgb
 }
 
 fn mean(rgb: &[f32]) -> f64 {

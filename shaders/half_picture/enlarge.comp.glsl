@@ -4,6 +4,7 @@
 #include "common/frame.glsl"
 #include "common/octahedral.glsl"
 #include "common/gbuffer.glsl"
+#include "half_picture/size.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
@@ -30,11 +31,9 @@ struct Surface {
     float footprint;
 };
 
-ivec2 half_size() { return (ivec2(image_size()) + 1) / 2; }
-
 // How much the surface of a pixel of the half picture resembles another; 0 where it shows none.
 float likeness(Surface surface, ivec2 p) {
-    bool is_inside = all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, half_size()));
+    bool is_inside = all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(half_size())));
     float depth = is_inside ? texelFetch(half_depth, p, 0).x : 0.0;
     if (depth <= 0.0) {
         return 0.0;

@@ -1,6 +1,7 @@
 // Every second pixel of every second row of the G-buffer, and the constants of a frame that has only these. One thread per
 // pixel of the half picture.
 #include "common/frame.glsl"
+#include "half_picture/size.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
@@ -14,8 +15,6 @@ layout(set = 0, binding = 5, rgba32ui) uniform writeonly uimage2D out_normals;
 layout(set = 0, binding = 6) uniform texture2D motion_image;
 layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_motion;
 #endif
-
-uvec2 half_size() { return (image_size() + 1u) / 2u; }
 
 // Pixel x of the half picture is seen where pixel 2 x of the whole one is. A width that is odd makes the half picture reach
 // past the whole one.

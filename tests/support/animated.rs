@@ -1,9 +1,12 @@
-//! Animations in glTF documents.
+//! Animations in glTF documents, and pictures of them.
 
+use std::path::Path;
+
+use gridlight::files::pictures::read_exr;
 use gridlight::scene::{Scene, gltf};
 use serde_json::{Value, json};
 
-use super::quad_glb;
+use super::{quad_glb, succeed};
 
 /// Loads the scene of a GLB file whose first animation plays, at its beginning.
 pub fn playing(glb: &[u8]) -> Scene {
@@ -58,4 +61,19 @@ pub fn carried(node: usize) -> Scene {
         slide(document, bin, node);
     });
     playing(&glb)
+}
+
+/// Renders a small picture into a file of the folder, without a message of validation.
+pub fn render(folder: &Path, scene: &Path, options: &str, picture: &str) {
+    let options = format!("--headless --quiet --validation --size 64x36 --vpls 2000 {options}");
+    let mut arguments: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
+    arguments.extend([scene, Path::new("--output"), &folder.join(picture)].map(|p| p.to_str().unwrap().to_owned()));
+    succeed(&arguments);
+}
+
+/// Red, green and blue of all pixels of a file of the folder: finite, and not below 0.
+pub fn pixels(folder: &Path, picture: &str) -> Vec<f32> {
+    let (_, _, rgb) = read_exr(folder.join(picture)).unwrap();
+    assert!(rgb.iter().all(|value| value.is_finite() && *value >= 0.0), "{picture}");
+    rgb
 }

@@ -32,16 +32,11 @@ MEASURES = {"flicker": "flicker", "block_flicker": "of blocks", "settled": "sett
             "flip": "FLIP", "energy_ratio": "energy", "frame_ms": "frame ms"}
 
 
-def ways(program):
-    """Options of each way: what the paper does, and what is used here."""
-    paper, ours = "--vpl-seeds fresh", "--vpl-seeds held"
-    if program.has_option("--temporal"):
-        paper, ours = f"{paper} --temporal shadows", f"{ours} --temporal shadows"
-        if program.has_option("--temporal-weight"):
-            paper = f"{paper} --temporal-weight 0.2"
-        if program.has_option("--antilag"):
-            paper, ours = f"{paper} --antilag off", f"{ours} --antilag tiles"
-    return {"paper": paper, "ours": ours}
+# Options of each way: what the paper does, and what is used here.
+WAYS = {
+    "paper": "--vpl-seeds fresh --temporal shadows --temporal-weight 0.2 --antilag off",
+    "ours": "--vpl-seeds held --temporal shadows --antilag tiles",
+}
 
 
 def settle(options, software):
@@ -69,7 +64,7 @@ def run(options):
             folder = Path(place) / name
             folder.mkdir()
             truth(options, name, folder)
-            found[name] = {way: measure(options, name, folder, way, words) for way, words in ways(options.program).items()}
+            found[name] = {way: measure(options, name, folder, way, words) for way, words in WAYS.items()}
             print(f"{name}: done", file=sys.stderr)
     drawn = plot.draw("sequences", series(found), report.folder_of(options, timings) / "motion.svg")
     results = {"size": options.size, "vpls": options.vpls, "truth_samples": options.truth_samples, "fps": FPS,
@@ -150,12 +145,11 @@ def series(found):
 
 
 def page(options, found, drawn):
-    used = ways(options.program)
     lines = [f"{options.size}, {options.vpls} VPLs, {options.frames} frames at {FPS} a second; truth of twice "
              f"{options.truth_samples} paths per pixel, of `still` {STILL_SAMPLES} and of `switch` {STILL_SAMPLES // 2} times as many.", ""]
     if options.quick:
         lines += ["**A quick run: its numbers say nothing.**", ""]
-    lines += [f"- `{way}`: `{words}`" for way, words in used.items()]
+    lines += [f"- `{way}`: `{words}`" for way, words in WAYS.items()]
     lines += ["", "`gridlight compare-sequence` says what the measures are ([comparing.md](../../comparing.md)). Flicker is over "
               f"the mean luma, and settled is that of blocks after frame {SETTLED}; lag and answer are in frames.", ""]
     rows = [[name, way, *(value_of(entry, key) for key in MEASURES)] for name in found for way, entry in found[name].items()]

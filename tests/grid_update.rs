@@ -17,7 +17,7 @@ use gridlight::passes::grid_update::LIGHTS_PER_CHANGE;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::settings::{CenterWeight, GridUpdate, LevelBuild, Settings, Size, VplSeeds};
-use support::succeed;
+use support::{program, run, succeed};
 
 const SLOTS: usize = 1000;
 const RADIUS: f32 = 5.0;
@@ -349,6 +349,17 @@ fn the_built_in_scene_in_motion_has_the_same_pictures() {
         assert!(anew.0 == updated.0 && anew.0 == checked.0, "{animation}: other pictures");
         assert_ne!(anew.0[0], anew.0[2], "{animation}: nothing moves");
     }
+}
+
+#[test]
+fn a_check_of_lights_that_are_not_sorted_is_refused() {
+    let mut command = program();
+    command.args("--headless --size 16x9 --levels 2 --vpls 40000 --grid-update check".split(' '));
+    let found = run(command);
+    assert_eq!(found.code, Some(2), "{}", found.stderr);
+    let words =
+        "--grid-update check compares with lights sorted by cell, and so many share a cell here that they are not";
+    assert!(found.stderr.contains(words), "{}", found.stderr);
 }
 
 #[test]

@@ -156,6 +156,21 @@ fn settings_change_while_lights_are_measured() {
     assert_eq!((saved.many_lights.vpls, saved.lgh.alpha), (20_000, 0.5));
 }
 
+/// What is shown, and the picture of the settings, are saved while the mean goes on for as long as it likes.
+#[test]
+fn pictures_are_saved_before_the_mean_ends() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let script = "at 2s screenshot shown.exr\nat 2s render whole.exr\n";
+    let options = "--size 160x90 --camera court --vpls 2000 --accumulate 1000000";
+    let _running = Running(with_script(&display, folder.path(), script, options).spawn().unwrap());
+    for picture in ["shown.exr", "whole.exr"] {
+        wait_for(&format!("{picture} is not saved"), || folder.path().join(picture).exists());
+        let (width, height, _) = gridlight::files::pictures::read_exr(folder.path().join(picture)).unwrap();
+        assert!((1..=160).contains(&width) && (1..=90).contains(&height), "{picture}: {width}x{height}");
+    }
+}
+
 /// The time that a process has had on any core, in seconds.
 #[cfg(target_os = "linux")]
 fn processor_seconds(id: u32) -> f64 {

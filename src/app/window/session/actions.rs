@@ -7,7 +7,7 @@ use winit::dpi::PhysicalSize;
 use winit::window::Fullscreen;
 
 use super::split::Inspector;
-use super::{Session, Shot};
+use super::{Due, Session, Shot};
 use crate::Result;
 use crate::app::setup::find_camera;
 use crate::app::window::action::Action;
@@ -65,9 +65,12 @@ impl Session {
                 self.change(Ok(self.settings.clone().changed(|s| s.environment.source = source)))?;
             }
             Action::Open(path) => self.load(Some(path), None)?,
-            Action::Screenshot(name) => self.screenshots.push(Shot { name, waits: false }),
+            Action::Screenshot(name) => {
+                let due = if name.is_some() { Due::Settled } else { Due::Soon };
+                self.screenshots.push(Shot { name, due });
+            }
             Action::Render(name) => {
-                self.screenshots.push(Shot { name, waits: true });
+                self.screenshots.push(Shot { name, due: Due::Complete });
                 if !self.refinement.is_full(&self.plan()) {
                     self.panel.say("the picture will be saved when it is complete".to_owned());
                 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::{Session, Shot};
+use super::{Due, Session, Shot};
 use crate::Result;
 use crate::app::window::quality::{Plan, Quality, Way, fixed_scale};
 use crate::app::window::refinement::{Next, Refinement};
@@ -231,12 +231,17 @@ impl Session {
         Ok(true)
     }
 
-    /// Takes the screenshots whose time has come; no frame is under way.
-    pub(super) fn take_screenshots(&mut self) -> Result<()> {
+    /// Takes the screenshots whose time has come; no frame is under way, and if it is settled none will begin.
+    pub(super) fn take_screenshots(&mut self, is_settled: bool) -> Result<()> {
         let (has_picture, is_full) = (self.refinement.has_picture(), self.refinement.is_full(&self.plan()));
         // What moves never comes to rest, and is another scene once it is rendered.
         let plays = self.plays() && self.stage.as_ref().and_then(Stage::shown).is_some();
-        let is_due = |shot: &Shot| plays || if shot.waits { is_full } else { has_picture };
+        let is_due = |shot: &Shot| match shot.due {
+            _ if plays => is_settled,
+            Due::Soon => has_picture,
+            Due::Settled => is_settled && has_picture,
+            Due::Complete => is_full,
+        };
         let (due, later) = std::mem::take(&mut self.screenshots).into_iter().partition(is_due);
         self.screenshots = later;
         due.into_iter().try_for_each(|Shot { name, .. }| self.take_screenshot(name.as_deref()))

@@ -70,8 +70,18 @@ struct Clock {
 struct Shot {
     /// Its file, or the beginning of its files' names.
     name: Option<PathBuf>,
-    /// For a picture of the window's size with the settings in use.
-    waits: bool,
+    due: Due,
+}
+
+/// When a screenshot is taken.
+#[derive(Clone, Copy, PartialEq)]
+enum Due {
+    /// Once the frame under way is done.
+    Soon,
+    /// Once nothing is rendered any more, so that a script that counts frames has the same picture in every run.
+    Settled,
+    /// Once there is a picture of the window's size with the settings in use.
+    Complete,
 }
 
 /// Everything of an open window.
@@ -283,12 +293,15 @@ impl Session {
         }
         if between_frames && self.plays() {
             // The next frame begins at once.
-            self.take_screenshots()?;
+            self.take_screenshots(true)?;
         }
         self.watch()?;
+        if between_frames {
+            self.take_screenshots(false)?;
+        }
         let renders = !between_frames && self.is_rendering() || self.begin_next()?;
         if !renders {
-            self.take_screenshots()?;
+            self.take_screenshots(true)?;
         }
         self.show()?;
         Ok(Pace::In(self.pause()))
@@ -343,7 +356,13 @@ impl Session {
         let Some(opened) = self.opened else { return Ok(()) };
         while let Some(action) = self.script.next_timed(opened.elapsed()) {
             log::debug!("{:.1} s: {action:?}", opened.elapsed().as_secs_f64());
+            let shots = self.screenshots.len();
             self.act(action)?;
+            // It is a moment that was asked for.
+            self.screenshots[shots..]
+                .iter_mut()
+                .filter(|shot| shot.due == Due::Settled)
+                .for_each(|shot| shot.due = Due::Soon);
         }
         // What is not rendered because something may still move is not left out.
         let waits = !self.plays() && self.refinement.next(&self.plan(), Instant::now()) == Next::Wait;

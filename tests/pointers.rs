@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use support::animated::{pixels, render};
-use support::quad_glb;
+use support::{floats, quad_glb};
 
 /// Intensities of the lamp at 0 s, 1 s and 2 s, each until the next.
 const INTENSITIES: [f32; 3] = [0.0, 40.0, 8.0];
@@ -39,17 +39,8 @@ fn scene(folder: &Path, intensity: Option<f32>) -> PathBuf {
 /// Lets the second lamp have the intensities one after the other, and the last for a second.
 fn animate(document: &mut Value, bin: &mut Vec<u8>) {
     let [a, b, c] = INTENSITIES;
-    let offset = bin.len();
-    bin.extend([0.0_f32, 1.0, 2.0, 3.0, a, b, c, c].iter().flat_map(|number| number.to_le_bytes()));
-    let mut accessor = |offset: usize| {
-        let views = document["bufferViews"].as_array_mut().unwrap();
-        views.push(json!({"buffer": 0, "byteOffset": offset, "byteLength": 16}));
-        let view = views.len() - 1;
-        let accessors = document["accessors"].as_array_mut().unwrap();
-        accessors.push(json!({"bufferView": view, "componentType": 5126, "count": 4, "type": "SCALAR"}));
-        accessors.len() - 1
-    };
-    let (input, output) = (accessor(offset), accessor(offset + 16));
+    let input = floats(document, bin, "SCALAR", &[0.0, 1.0, 2.0, 3.0]);
+    let output = floats(document, bin, "SCALAR", &[a, b, c, c]);
     let pointer = json!({"pointer": "/extensions/KHR_lights_punctual/lights/1/intensity"});
     let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
     document["animations"] = json!([{
@@ -57,7 +48,6 @@ fn animate(document: &mut Value, bin: &mut Vec<u8>) {
         "channels": [{"sampler": 0, "target": target}]
     }]);
     document["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_animation_pointer"]);
-    document["buffers"][0]["byteLength"] = json!(bin.len());
 }
 
 fn mean(rgb: &[f32]) -> f64 {

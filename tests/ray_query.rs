@@ -19,7 +19,7 @@ use gridlight::scene::{Draw, Light, Material, Scene, Texture, Vertex, gltf};
 use gridlight::settings::{LightSet, Rays, Settings, ShadowPoints, Size, Technique, View};
 use serde_json::json;
 use support::animated::playing;
-use support::quad_glb;
+use support::{floats, quad_glb};
 
 /// Share of shadow rays that must agree.
 const AGREEMENT: f64 = 0.999;
@@ -205,20 +205,10 @@ fn screens_that_change_places() -> Scene {
             json!({"camera": 0, "translation": [0.0, 1.4, 4.5]}),
         ];
         let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-        let mut accessor = |numbers: &[f32], kind: &str, bin: &mut Vec<u8>| {
-            let view = json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": 4 * numbers.len()});
-            bin.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
-            let views = document["bufferViews"].as_array_mut().unwrap();
-            views.push(view);
-            let accessor = json!({"bufferView": views.len() - 1, "componentType": 5126, "count": 2, "type": kind});
-            let accessors = document["accessors"].as_array_mut().unwrap();
-            accessors.push(accessor);
-            accessors.len() - 1
-        };
-        let input = accessor(&[0.0, 2.0], "SCALAR", bin);
+        let input = floats(document, bin, "SCALAR", &[0.0, 2.0]);
         for screen in 0..SCREENS {
             // 27 and 64 have no divisor in common.
-            let output = accessor(&[place(screen), place(27 * screen % SCREENS)].concat(), "VEC3", bin);
+            let output = floats(document, bin, "VEC3", &[place(screen), place(27 * screen % SCREENS)].concat());
             samplers.push(json!({"input": input, "output": output}));
             channels.push(json!({"sampler": screen, "target": {"node": nodes.len(), "path": "translation"}}));
             let upright = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
@@ -227,7 +217,6 @@ fn screens_that_change_places() -> Scene {
         document["scenes"][0]["nodes"] = (0..nodes.len()).collect();
         document["nodes"] = nodes.into();
         document["animations"] = json!([{"samplers": samplers, "channels": channels}]);
-        document["buffers"][0]["byteLength"] = json!(bin.len());
     });
     playing(&glb)
 }

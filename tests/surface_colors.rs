@@ -7,29 +7,8 @@ use std::path::Path;
 
 use gridlight::files::pictures::read_exr;
 use serde_json::{Value, json};
-use support::{program, quad_glb, run};
+use support::{attribute, program, quad_glb, run, view};
 use tempfile::TempDir;
-
-/// Appends data to the buffer as a view of its own.
-fn view(document: &mut Value, bin: &mut Vec<u8>, bytes: &[u8]) -> usize {
-    bin.resize(bin.len().next_multiple_of(4), 0);
-    let views = document["bufferViews"].as_array_mut().unwrap();
-    views.push(json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": bytes.len()}));
-    let index = views.len() - 1;
-    bin.extend(bytes);
-    document["buffers"][0]["byteLength"] = json!(bin.len());
-    index
-}
-
-/// Appends floats as an attribute of the quad.
-fn attribute(document: &mut Value, bin: &mut Vec<u8>, name: &str, kind: &str, values: &[f32]) {
-    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-    let view = view(document, bin, &bytes);
-    let accessors = document["accessors"].as_array_mut().unwrap();
-    accessors.push(json!({"bufferView": view, "componentType": 5126, "count": 4, "type": kind}));
-    let index = accessors.len() - 1;
-    document["meshes"][0]["primitives"][0]["attributes"][name] = json!(index);
-}
 
 /// The floor under a lamp and a white wall, which sees the floor's colour.
 fn room(change: impl FnOnce(&mut Value, &mut Vec<u8>)) -> Vec<u8> {

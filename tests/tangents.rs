@@ -8,7 +8,7 @@ use std::path::Path;
 use glam::Vec3;
 use gridlight::files::pictures::read_exr;
 use serde_json::{Value, json};
-use support::{program, quad_glb, run};
+use support::{attribute, floats, program, quad_glb, run, view};
 
 /// Width and height of the pictures: odd, so that a pixel shows the middle of the scene.
 const SIZE: [usize; 2] = [65, 37];
@@ -22,32 +22,6 @@ fn mapped() -> Vec3 {
     (Vec3::from(TEXEL.map(f32::from)) / 127.5 - 1.0).normalize()
 }
 
-fn push(document: &mut Value, list: &str, entry: Value) -> usize {
-    let list = document[list].as_array_mut().unwrap();
-    list.push(entry);
-    list.len() - 1
-}
-
-fn view(document: &mut Value, bin: &mut Vec<u8>, bytes: &[u8]) -> usize {
-    bin.resize(bin.len().next_multiple_of(4), 0);
-    let view = push(document, "bufferViews", json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": bytes.len()}));
-    bin.extend(bytes);
-    document["buffers"][0]["byteLength"] = json!(bin.len());
-    view
-}
-
-fn floats(document: &mut Value, bin: &mut Vec<u8>, (kind, width): (&str, usize), values: &[f32]) -> usize {
-    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-    let view = view(document, bin, &bytes);
-    let count = values.len() / width;
-    push(document, "accessors", json!({"bufferView": view, "componentType": 5126, "count": count, "type": kind}))
-}
-
-fn attribute(document: &mut Value, bin: &mut Vec<u8>, name: &str, kind: (&str, usize), values: &[f32]) {
-    let accessor = floats(document, bin, kind, values);
-    document["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
-}
-
 const NORMALS: [f32; 12] = [0., 1., 0., 0., 1., 0., 0., 1., 0., 0., 1., 0.];
 /// u along x, v along z.
 const UPRIGHT: [f32; 8] = [0., 1., 1., 1., 1., 0., 0., 0.];
@@ -56,8 +30,8 @@ const MIRRORED: [f32; 8] = [1., 1., 0., 1., 0., 0., 1., 0.];
 /// The floor with the map and what `change` adds.
 fn floor(uvs: &[f32], change: impl FnOnce(&mut Value, &mut Vec<u8>)) -> Vec<u8> {
     quad_glb(|document, bin| {
-        attribute(document, bin, "TEXCOORD_0", ("VEC2", 2), uvs);
-        attribute(document, bin, "NORMAL", ("VEC3", 3), &NORMALS);
+        attribute(document, bin, "TEXCOORD_0", "VEC2", uvs);
+        attribute(document, bin, "NORMAL", "VEC3", &NORMALS);
         let mut png = std::io::Cursor::new(Vec::new());
         let map = image::RgbImage::from_pixel(1, 1, image::Rgb(TEXEL));
         map.write_to(&mut png, image::ImageFormat::Png).unwrap();
@@ -131,7 +105,7 @@ fn planted_mirrored_texture_coordinates() {
 fn tangents_of_the_file_win() {
     let Vec3 { x, y, z } = mapped();
     let with = |tangent: [f32; 4]| {
-        floor(&UPRIGHT, |document, bin| attribute(document, bin, "TANGENT", ("VEC4", 4), &tangent.repeat(4)))
+        floor(&UPRIGHT, |document, bin| attribute(document, bin, "TANGENT", "VEC4", &tangent.repeat(4)))
     };
     // The bitangent is the side times (0, 1, 0) x (0, 0, 1) = (1, 0, 0).
     is_near(seen(&with([0.0, 0.0, 1.0, 1.0]), ""), Vec3::new(y, z, x), "one side");
@@ -143,7 +117,7 @@ fn tangents_of_the_file_win() {
 fn only_the_result_has_unit_length() {
     let (a, b) = ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, -1.0, 1.0]);
     let glb = floor(&UPRIGHT, |document, bin| {
-        attribute(document, bin, "TANGENT", ("VEC4", 4), &[a, b, b, a].concat());
+        attribute(document, bin, "TANGENT", "VEC4", &[a, b, b, a].concat());
     });
     let Vec3 { x, y, z } = mapped();
     // The middle is half way between the first corner and the third.
@@ -172,8 +146,8 @@ fn a_floor_that_turns_keeps_its_map() {
     let half = [0.0, 0.0, 0.3_f32.sin(), 0.3_f32.cos()];
     let still = floor(&UPRIGHT, |document, _| document["nodes"][0]["rotation"] = json!(half));
     let turning = floor(&UPRIGHT, |document, bin| {
-        let input = floats(document, bin, ("SCALAR", 1), &[0.0, 1.0]);
-        let output = floats(document, bin, ("VEC4", 4), &[[0.0, 0.0, 0.0, 1.0], half].concat());
+        let input = floats(document, bin, "SCALAR", &[0.0, 1.0]);
+        let output = floats(document, bin, "VEC4", &[[0.0, 0.0, 0.0, 1.0], half].concat());
         document["animations"] = json!([{
             "channels": [{"sampler": 0, "target": {"node": 0, "path": "rotation"}}],
             "samplers": [{"input": input, "output": output}]

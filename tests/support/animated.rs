@@ -6,7 +6,7 @@ use gridlight::files::pictures::read_exr;
 use gridlight::scene::{Scene, gltf};
 use serde_json::{Value, json};
 
-use super::{quad_glb, succeed};
+use super::{floats, quad_glb, succeed};
 
 /// Loads the scene of a GLB file whose first animation plays, at its beginning.
 pub fn playing(glb: &[u8]) -> Scene {
@@ -23,26 +23,12 @@ pub fn playing(glb: &[u8]) -> Scene {
 pub fn slide(document: &mut Value, bin: &mut Vec<u8>, node: usize) {
     let place = |axis: usize| document["nodes"][node]["translation"][axis].as_f64().unwrap() as f32;
     let [x, y, z] = [0, 1, 2].map(place);
-    let numbers = [0.0_f32, 4.0, x, y, z, x + 4.0, y, z];
-    let offset = bin.len();
-    bin.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
-    let list = |document: &mut Value, key: &str, value: Value| {
-        let list = document[key].as_array_mut().unwrap();
-        list.push(value);
-        list.len() - 1
-    };
-    let view = |offset: usize, bytes: usize| json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes});
-    let accessor =
-        |view: usize, kind: &str| json!({"bufferView": view, "componentType": 5126, "count": 2, "type": kind});
-    let times = list(document, "bufferViews", view(offset, 8));
-    let places = list(document, "bufferViews", view(offset + 8, 24));
-    let input = list(document, "accessors", accessor(times, "SCALAR"));
-    let output = list(document, "accessors", accessor(places, "VEC3"));
+    let input = floats(document, bin, "SCALAR", &[0.0, 4.0]);
+    let output = floats(document, bin, "VEC3", &[x, y, z, x + 4.0, y, z]);
     document["animations"] = json!([{
         "name": "slide", "samplers": [{"input": input, "output": output}],
         "channels": [{"sampler": 0, "target": {"node": node, "path": "translation"}}]
     }]);
-    document["buffers"][0]["byteLength"] = json!(bin.len());
 }
 
 /// A floor, a screen and a lamp above them, of which one node is carried along x.

@@ -86,6 +86,37 @@ pub fn quad_glb(change: impl FnOnce(&mut Value, &mut Vec<u8>)) -> Vec<u8> {
     glb_from(&document.to_string(), &bin)
 }
 
+/// Appends an entry to a list of a document; gives its index.
+fn push(document: &mut Value, list: &str, entry: Value) -> usize {
+    let list = document[list].as_array_mut().unwrap();
+    list.push(entry);
+    list.len() - 1
+}
+
+/// Appends data to the buffer as a view of its own.
+pub fn view(document: &mut Value, bin: &mut Vec<u8>, bytes: &[u8]) -> usize {
+    bin.resize(bin.len().next_multiple_of(4), 0);
+    let view = push(document, "bufferViews", json!({"buffer": 0, "byteOffset": bin.len(), "byteLength": bytes.len()}));
+    bin.extend(bytes);
+    document["buffers"][0]["byteLength"] = json!(bin.len());
+    view
+}
+
+/// Appends floats as an accessor of a type such as `VEC3`.
+pub fn floats(document: &mut Value, bin: &mut Vec<u8>, kind: &str, values: &[f32]) -> usize {
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let view = view(document, bin, &bytes);
+    let width = kind.strip_prefix("VEC").map_or(1, |width| width.parse().unwrap());
+    let count = values.len() / width;
+    push(document, "accessors", json!({"bufferView": view, "componentType": 5126, "count": count, "type": kind}))
+}
+
+/// Appends floats as an attribute of the quad.
+pub fn attribute(document: &mut Value, bin: &mut Vec<u8>, name: &str, kind: &str, values: &[f32]) {
+    let accessor = floats(document, bin, kind, values);
+    document["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
+}
+
 /// Pseudo-random bytes, the same for the same seed.
 pub fn noise(seed: u64, length: usize) -> Vec<u8> {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;

@@ -6,10 +6,10 @@ mod common;
 use std::f32::consts::PI;
 
 use common::frames::render;
-use common::rooms::camera;
+use common::rooms::{add_quad_of, camera};
 use glam::Vec3;
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
-use gridlight::scene::{Draw, Light, LitBy, Material, Scene};
+use gridlight::scene::{Light, LitBy, Material, Scene};
 use gridlight::settings::{BackFaces, Settings, ShadowFilter, Size, Technique};
 
 fn settings(technique: Technique) -> Settings {
@@ -28,19 +28,6 @@ fn mean(pixels: &[Vec3]) -> Vec3 {
 fn within(found: f32, expected: f32, relative: f32) -> Result<(), String> {
     let off = found / expected - 1.0;
     if off.abs() <= relative { Ok(()) } else { Err(format!("{found} is {:.2} % off {expected}", 100.0 * off)) }
-}
-
-/// Adds a quad of another material.
-fn add_quad_of(scene: &mut Scene, quad: [Vec3; 4], material: Material) {
-    let part = scene_from_quads("quad", &[quad], material);
-    let first = scene.vertices.len() as u32;
-    let material = scene.materials.len() as u32;
-    let draw = Draw { first_index: scene.indices.len() as u32, index_count: 6, material };
-    scene.vertices.extend(part.vertices);
-    scene.indices.extend(part.indices.iter().map(|i| first + i));
-    scene.triangle_materials.extend([material; 2]);
-    scene.draws.push(draw);
-    scene.materials.extend(part.materials);
 }
 
 /// A rectangle at this height, so large from its middle along x and z, which faces down.

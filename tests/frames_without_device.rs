@@ -12,10 +12,11 @@ use gridlight::graph::{Graph, plan};
 use gridlight::passes::half_picture::halved;
 use gridlight::passes::lgh_shape::LghShape;
 use gridlight::passes::present::{self, Part, WindowFormat};
+use gridlight::passes::temporal::{Estimated, Reuse};
 use gridlight::passes::{AreaLightShape, FrameShape, SurfaceMotion};
 use gridlight::settings::{
     Antilag, CenterWeight, FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, Rays, Reservoir,
-    ShadowFilter, ShadowPoints, Temporal, View,
+    ShadowFilter, ShadowPoints, View,
 };
 use gridlight::techniques::brute_force::BruteForceShape;
 use gridlight::techniques::direct::Direct;
@@ -73,12 +74,14 @@ fn hierarchies() -> Vec<LghShape> {
 
 /// Frames that take something over from those before.
 fn following() -> Vec<(SurfaceMotion, LghShape)> {
-    let modes =
-        [Temporal::Shadows, Temporal::Indirect].into_iter().zip([SurfaceMotion::Camera, SurfaceMotion::Vertices]);
-    let shapes = modes.flat_map(|(temporal, motion)| {
+    let modes = [(Estimated::Shadows, Antilag::Tiles), (Estimated::Light, Antilag::Off)];
+    let modes = modes.into_iter().zip([SurfaceMotion::Camera, SurfaceMotion::Vertices]);
+    let shapes = modes.flat_map(|((of, antilag), motion)| {
         let shapes = hierarchies().into_iter().filter(|shape| shape.lights.shadow_samples > 0);
-        let antilag = if temporal == Temporal::Shadows { Antilag::Tiles } else { Antilag::Off };
-        shapes.map(move |shape| (motion, LghShape { temporal, antilag, ..shape }))
+        shapes.map(move |shape| {
+            let reuse = Some(Reuse { of, least_weight: 0.05, antilag, step_px: shape.interleave });
+            (motion, LghShape { reuse, ..shape })
+        })
     });
     shapes.collect()
 }
@@ -105,14 +108,17 @@ fn every_frame_fits_its_shaders() {
     });
     for rays in [Rays::Bvh, Rays::Query] {
         for inspect in [false, true] {
-            let environment = Some(AreaLightShape { samples: 4, is_filtered: inspect });
+            let environment = Some(AreaLightShape { samples: 4, is_filtered: inspect, reuse: None });
             let emitters = environment.filter(|_| inspect);
             let (accumulate, direct, has_emission) = (inspect, !inspect, emitters.is_some());
             let lit = FrameShape { environment, emitters, has_emission, ..frame_shape() };
             let frame = FrameShape { rays, inspect, accumulate, direct: direct || has_emission, ..lit };
             hierarchies().iter().for_each(|shape| check(&frame, shape));
             following().iter().for_each(|(motion, shape)| {
-                check(&FrameShape { surface_motion: Some(*motion), ..frame.clone() }, shape);
+                let reusing = |light: Option<AreaLightShape>| light.map(|l| AreaLightShape { reuse: shape.reuse, ..l });
+                let (environment, emitters) = (reusing(environment), reusing(emitters));
+                let surface_motion = Some(*motion);
+                check(&FrameShape { surface_motion, environment, emitters, ..frame.clone() }, shape);
             });
             references.iter().for_each(|shape| check(&frame, shape));
             check(&frame, &PathTraceShape { samples: 4 });
@@ -124,7 +130,7 @@ fn every_frame_fits_its_shaders() {
 #[test]
 fn every_view_fits_its_shaders() {
     for view in View::value_variants() {
-        let environment = Some(AreaLightShape { samples: 4, is_filtered: true });
+        let environment = Some(AreaLightShape { samples: 4, is_filtered: true, reuse: None });
         let surface_motion = (*view == View::MotionVectors).then_some(SurfaceMotion::Vertices);
         let frame = FrameShape { view: *view, inspect: true, environment, surface_motion, ..frame_shape() };
         for mut shape in hierarchies() {
@@ -136,7 +142,7 @@ fn every_view_fits_its_shaders() {
 
 /// Names of passes without their steps, of frames with every technique and mode.
 fn names_of_passes() -> BTreeSet<String> {
-    let environment = Some(AreaLightShape { samples: 4, is_filtered: false });
+    let environment = Some(AreaLightShape { samples: 4, is_filtered: false, reuse: None });
     let lit = FrameShape { environment, emitters: environment, has_emission: true, ..frame_shape() };
     let frame = FrameShape { inspect: true, accumulate: true, ..lit };
     let view = FrameShape { view: View::Normal, ..frame_shape() };

@@ -11,6 +11,8 @@ layout(constant_id = 0) const uint KEEPS_LIGHT = 0u;
 layout(constant_id = 1) const uint CUTS = 0u;
 // Whether tiles of pixels tell how much of the history to give up.
 layout(constant_id = 2) const uint HAS_TILES = 0u;
+// Whether the estimates are light by themselves rather than per unit of light that is known.
+layout(constant_id = 3) const uint IS_RADIANCE = 0u;
 layout(push_constant) uniform Push {
     int step_px;
     // A frame weighs at least this much.
@@ -41,7 +43,8 @@ const float UNKNOWN = -1.0;
 // Of a deviation that is known, what the filter is told: it is made for those that are guessed from the pixels around, and
 // passes differences of several. Of a mean, most of those are light.
 const float TOLD_DEVIATION = 0.5;
-// The filter is never stricter than for a luminance that is known to this, per unit: it passes differences of 0.02.
+// The filter is never stricter than for a luminance that is known to this, per unit: it passes differences of 0.02. The unit
+// of light by itself is what arrives without shadow.
 const float LEAST_DEVIATION = 0.02 / 6.0;
 
 bool is_inside(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(image_size()))); }
@@ -75,7 +78,8 @@ void store(ivec2 pixel, vec4 shadowed, vec4 unshadowed, float unit, float deviat
     imageStore(history_shadowed, pixel, shadowed);
     imageStore(history_unshadowed, pixel, unshadowed);
     float scale = KEEPS_LIGHT != 0u ? 1.0 / max(unit, 1e-30) : 1.0;
-    imageStore(out_shadowed, pixel, vec4(shadowed.rgb * scale, deviation >= 0.0 ? max(deviation * scale, LEAST_DEVIATION) : UNKNOWN));
+    float least = LEAST_DEVIATION * (IS_RADIANCE != 0u ? luminance(unshadowed.rgb) : 1.0);
+    imageStore(out_shadowed, pixel, vec4(shadowed.rgb * scale, deviation >= 0.0 ? max(deviation * scale, least) : UNKNOWN));
     imageStore(out_unshadowed, pixel, vec4(unshadowed.rgb * scale, unit));
 }
 

@@ -1,11 +1,10 @@
 //! `emitter_light`: direct light of surfaces that shine by themselves, by shadow rays to points drawn on them.
 
 use super::gbuffer::GBuffer;
-use super::shadow_rays::{FORMAT, ShadowEstimates};
-use super::{AreaLightShape, Frame, atrous};
+use super::shadow_rays::FORMAT;
+use super::{AreaLightShape, Frame, area_light};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
-use crate::settings::ShadowEstimate;
 
 /// Adds the passes; gives the radiance per unit albedo.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, shape: AreaLightShape) -> ImageHandle {
@@ -19,15 +18,5 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, shape: AreaLightShape) -> Image
         .bind("out_shadowed", shadowed, Access::ComputeWrite)
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    if !shape.is_filtered {
-        return shadowed;
-    }
-    let estimates = ShadowEstimates {
-        shadowed,
-        unshadowed,
-        estimate: ShadowEstimate::Unbiased,
-        has_deviations: false,
-        label: "emitter_",
-    };
-    atrous::add(frame, gbuffer, 1, estimates, atrous::Filtered::ForPicture).shadowed
+    area_light::filter(frame, gbuffer, shape, area_light::estimates("emitter_", shadowed, unshadowed))
 }

@@ -2,18 +2,14 @@
 
 use super::gbuffer::GBuffer;
 use super::shadow_rays::{FORMAT, ShadowEstimates};
-use super::{AreaLightShape, Frame, atrous};
+use super::{AreaLightShape, Frame, area_light};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, ImageHandle};
-use crate::settings::ShadowEstimate;
 
 /// Adds the passes; gives the radiance per unit albedo.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, shape: AreaLightShape) -> ImageHandle {
     let estimates = trace(frame, gbuffer, shape.samples);
-    if !shape.is_filtered {
-        return estimates.shadowed;
-    }
-    atrous::add(frame, gbuffer, 1, estimates, atrous::Filtered::ForPicture).shadowed
+    area_light::filter(frame, gbuffer, shape, estimates)
 }
 
 /// Adds the pass that traces the rays; gives the estimates of each pixel by itself.
@@ -29,11 +25,5 @@ pub fn trace(frame: &mut Frame, gbuffer: &GBuffer, samples: u32) -> ShadowEstima
         .bind("out_unshadowed", unshadowed, Access::ComputeWrite)
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    ShadowEstimates {
-        shadowed,
-        unshadowed,
-        estimate: ShadowEstimate::Unbiased,
-        has_deviations: false,
-        label: "environment_",
-    }
+    area_light::estimates("environment_", shadowed, unshadowed)
 }

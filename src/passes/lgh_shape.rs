@@ -3,11 +3,12 @@
 use ash::vk;
 
 use super::light_shape::LightShape;
+use super::temporal::Reuse;
 use crate::light_grid::Levels;
 use crate::light_grid::anchor::GridAnchor;
 use crate::settings::{
-    Antilag, CenterWeight, FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, Lobe, Reservoir,
-    ShadowEstimate, ShadowFilter, ShadowPoints, Temporal,
+    CenterWeight, FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, Lobe, Reservoir, ShadowEstimate,
+    ShadowFilter, ShadowPoints,
 };
 
 /// Sizes, capacities and modes of the hierarchy and of what is lit by it.
@@ -51,12 +52,8 @@ pub struct LghShape {
     pub grid_update: GridUpdate,
     /// Filter of the shadow estimates.
     pub filter: ShadowFilter,
-    /// What is taken over from the frames before.
-    pub temporal: Temporal,
-    /// Least weight of the newest frame in means over frames.
-    pub temporal_weight: f32,
-    /// What is done where that is outdated.
-    pub antilag: Antilag,
+    /// What is taken over from the frames before, if anything.
+    pub reuse: Option<Reuse>,
     /// Format of the additively blended lighting.
     pub lighting_format: vk::Format,
     /// Count the lights that each pixel tests (slower; for statistics frames).

@@ -3,6 +3,7 @@
 //! A pass here is a function that declares its inputs and outputs to the frame graph; it records nothing.
 
 pub mod accumulate;
+mod area_light;
 pub mod atrous;
 pub mod bounds;
 pub mod brute_force;
@@ -55,6 +56,7 @@ pub mod vpl_trace;
 use ash::vk;
 
 use self::scene::SceneParts;
+use self::temporal::Reuse;
 use crate::gpu::{ComputeWork, Dispatch, TransferOp, Work};
 use crate::graph::{Access, BufferHandle, Graph, History, ImageHandle, ImageInfo, Pass, PassId};
 use crate::job::Job;
@@ -105,12 +107,14 @@ pub enum SurfaceMotion {
 }
 
 /// How direct light of the environment, or of surfaces that shine, is sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLightShape {
     /// Shadow rays per pixel, at least one.
     pub samples: u32,
     /// The noise of the samples is filtered.
     pub is_filtered: bool,
+    /// What is taken over from the frames before; `None` where each frame stands by itself.
+    pub reuse: Option<Reuse>,
 }
 
 impl FrameShape {
@@ -120,7 +124,8 @@ impl FrameShape {
         let settings = job.settings;
         let samples = settings.environment.samples;
         let is_filtered = settings.lgh.filter != ShadowFilter::None;
-        let lit_by = |is_there: bool| (is_there && samples > 0).then_some(AreaLightShape { samples, is_filtered });
+        let shape = AreaLightShape { samples, is_filtered, reuse: None };
+        let lit_by = |is_there: bool| (is_there && samples > 0).then_some(shape);
         Self {
             environment: lit_by(job.has_environment()),
             emitters: lit_by(job.scene.emitter_count > 0),

@@ -6,7 +6,7 @@ use super::shadow_rays::{FORMAT, ShadowEstimates};
 use super::{Extent, Frame, shader};
 use crate::gpu::ComputeWork;
 use crate::graph::{Access, History, ImageHandle, ImageInfo};
-use crate::settings::{Antilag, ShadowEstimate, Temporal};
+use crate::settings::{Antilag, ShadowEstimate};
 use crate::shared::TILE_SIZE;
 
 /// Noisy light of a frame, or the same with what the frames before know of it.
@@ -25,15 +25,32 @@ struct Histories<T> {
     shadowed: T,
     /// U; in alpha the variance of one frame's shadowed luminance.
     unshadowed: T,
-    /// Unshadowed lighting, in alpha the unit of the estimates. Only with [`Temporal::Indirect`].
+    /// Unshadowed lighting, in alpha the unit of the estimates. Only with [`Estimated::Light`].
     lighting: Option<T>,
 }
 
+/// What estimates are of, and with them the histories.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimated {
+    /// Shadows, per unit of the frame's own unshadowed light.
+    Shadows,
+    /// The same, but histories are of light itself, that of the frames before.
+    Light,
+    /// Light that is not known but by these estimates; their unit is 1.
+    Radiance,
+}
+
+impl Estimated {
+    fn constants(self) -> Vec<(&'static str, u32)> {
+        vec![("KEEPS_LIGHT", u32::from(self == Self::Light)), ("IS_RADIANCE", u32::from(self == Self::Radiance))]
+    }
+}
+
 /// What is taken over, and how.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reuse {
     /// Of what.
-    pub mode: Temporal,
+    pub of: Estimated,
     /// Least weight of the newest frame.
     pub least_weight: f32,
     /// What is done where it is outdated.
@@ -42,17 +59,9 @@ pub struct Reuse {
     pub step_px: u32,
 }
 
-/// Adds the passes.
+/// Adds the passes for shadows of lighting.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, motion: MotionImages, reuse: Reuse, light: Light) -> Light {
-    let mut history = |name: &str| frame.history_image(&format!("temporal_{name}"), FORMAT);
-    let histories = Histories {
-        shadowed: history("shadowed"),
-        unshadowed: history("unshadowed"),
-        lighting: (reuse.mode == Temporal::Indirect).then(|| history("lighting")),
-    };
-    let before = reproject(frame, gbuffer, motion, &histories);
-    let given_up = (reuse.antilag == Antilag::Tiles).then(|| compare_tiles(frame, motion, light, before));
-    let estimates = blend(frame, gbuffer, reuse, light, &histories, (before, given_up));
+    let (estimates, histories, before) = blend_estimates(frame, gbuffer, motion, reuse, light.estimates);
     let frames = histories.shadowed.current;
     let lighting = histories
         .lighting
@@ -61,13 +70,48 @@ pub fn add(frame: &mut Frame, gbuffer: &GBuffer, motion: MotionImages, reuse: Re
     Light { estimates, lighting: lighting.unwrap_or(light.lighting) }
 }
 
+/// Adds the passes for estimates that are light by themselves.
+pub fn add_radiance(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    motion: MotionImages,
+    reuse: Reuse,
+    estimates: ShadowEstimates,
+) -> ShadowEstimates {
+    let reuse = Reuse { of: Estimated::Radiance, step_px: 1, ..reuse };
+    blend_estimates(frame, gbuffer, motion, reuse, estimates).0
+}
+
+/// Gives the estimates for the filter, the histories, and what was reprojected of them.
+fn blend_estimates(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    motion: MotionImages,
+    reuse: Reuse,
+    estimates: ShadowEstimates,
+) -> (ShadowEstimates, Histories<History<ImageHandle>>, Histories<ImageHandle>) {
+    let label = estimates.label;
+    let mut history = |name: &str| frame.history_image(&format!("{label}temporal_{name}"), FORMAT);
+    let histories = Histories {
+        shadowed: history("shadowed"),
+        unshadowed: history("unshadowed"),
+        lighting: (reuse.of == Estimated::Light).then(|| history("lighting")),
+    };
+    let before = reproject(frame, gbuffer, motion, label, &histories);
+    let has_tiles = reuse.antilag == Antilag::Tiles;
+    let given_up = has_tiles.then(|| compare_tiles(frame, motion, reuse.of, estimates, before));
+    let blended = blend(frame, gbuffer, reuse, estimates, &histories, (before, given_up));
+    (blended, histories, before)
+}
+
 fn reproject(
     frame: &mut Frame,
     gbuffer: &GBuffer,
     motion: MotionImages,
+    label: &str,
     histories: &Histories<History<ImageHandle>>,
 ) -> Histories<ImageHandle> {
-    let mut image = |name: &str| frame.image(&format!("reprojected_{name}"), FORMAT);
+    let mut image = |name: &str| frame.image(&format!("{label}reprojected_{name}"), FORMAT);
     let found = Histories {
         shadowed: image("shadowed"),
         unshadowed: image("unshadowed"),
@@ -76,7 +120,7 @@ fn reproject(
     let variant = if histories.lighting.is_some() { "_lighting" } else { "" };
     let work = shader(&format!("temporal/reproject{variant}"), frame.per_pixel());
     let mut pass = frame
-        .compute("temporal/reproject", work)
+        .compute(&format!("temporal/{label}reproject"), work)
         .bind("normals_image", gbuffer.normals, Access::ComputeSampled)
         .bind("motion_image", motion.motion, Access::ComputeSampled)
         .bind("previous_depth", motion.previous_depth, Access::ComputeSampled)
@@ -97,25 +141,33 @@ fn reproject(
 }
 
 /// Gives an image with a texel for each tile: how much of the history is given up, in red.
-fn compare_tiles(frame: &mut Frame, motion: MotionImages, light: Light, before: Histories<ImageHandle>) -> ImageHandle {
+fn compare_tiles(
+    frame: &mut Frame,
+    motion: MotionImages,
+    of: Estimated,
+    estimates: ShadowEstimates,
+    before: Histories<ImageHandle>,
+) -> ImageHandle {
+    let label = estimates.label;
     let tile_count = [frame.shape.width_px, frame.shape.height_px].map(|edge| edge.div_ceil(TILE_SIZE));
     let per_tile = ImageInfo::new(FORMAT, tile_count[0], tile_count[1]);
-    let sums = frame.graph.transient_image("tile_sums", per_tile);
-    let work = ComputeWork {
-        constants: vec![("KEEPS_LIGHT", u32::from(before.lighting.is_some()))],
-        ..shader("temporal/sum_tiles", frame.per_pixel())
-    };
+    let sums = frame.graph.transient_image(&format!("{label}tile_sums"), per_tile);
+    let work = ComputeWork { constants: of.constants(), ..shader("temporal/sum_tiles", frame.per_pixel()) };
     let pass = frame
-        .compute("temporal/sum_tiles", work)
-        .bind("shadowed_image", light.estimates.shadowed, Access::ComputeSampled)
-        .bind("unshadowed_image", light.estimates.unshadowed, Access::ComputeSampled)
+        .compute(&format!("temporal/{label}sum_tiles"), work)
+        .bind("shadowed_image", estimates.shadowed, Access::ComputeSampled)
+        .bind("unshadowed_image", estimates.unshadowed, Access::ComputeSampled)
         .bind("reprojected_shadowed", before.shadowed, Access::ComputeSampled)
+        .bind("reprojected_unshadowed", before.unshadowed, Access::ComputeSampled)
         .bind("out_sums", sums, Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    let tiles = frame.graph.history_image("temporal_tiles", per_tile);
-    let given_up = frame.graph.transient_image("given_up", per_tile);
+    let tiles = frame.graph.history_image(&format!("{label}temporal_tiles"), per_tile);
+    let given_up = frame.graph.transient_image(&format!("{label}given_up"), per_tile);
     let pass = frame
-        .compute("temporal/compare_tiles", shader("temporal/compare_tiles", Extent::Pixels(tile_count)))
+        .compute(
+            &format!("temporal/{label}compare_tiles"),
+            shader("temporal/compare_tiles", Extent::Pixels(tile_count)),
+        )
         .bind("tile_sums", sums, Access::ComputeSampled)
         .bind("motion_image", motion.motion, Access::ComputeSampled)
         .bind("previous_tiles", tiles.previous, Access::ComputeSampled)
@@ -129,24 +181,23 @@ fn blend(
     frame: &mut Frame,
     gbuffer: &GBuffer,
     reuse: Reuse,
-    light: Light,
+    estimates: ShadowEstimates,
     histories: &Histories<History<ImageHandle>>,
     (before, given_up): (Histories<ImageHandle>, Option<ImageHandle>),
 ) -> ShadowEstimates {
-    let ShadowEstimates { shadowed, unshadowed, estimate, .. } = light.estimates;
-    let blended = ["shadowed_blended", "unshadowed_blended"].map(|name| frame.image(name, FORMAT));
+    let ShadowEstimates { shadowed, unshadowed, estimate, label, .. } = estimates;
+    let blended = ["shadowed", "unshadowed"].map(|name| frame.image(&format!("{label}{name}_blended"), FORMAT));
+    let mut constants = reuse.of.constants();
+    // What is cut is lost to the mean.
+    constants.push(("CUTS", u32::from(estimate != ShadowEstimate::Unbiased)));
+    constants.push(("HAS_TILES", u32::from(given_up.is_some())));
     let work = ComputeWork {
-        constants: vec![
-            ("KEEPS_LIGHT", u32::from(before.lighting.is_some())),
-            // What is cut is lost to the mean.
-            ("CUTS", u32::from(estimate != ShadowEstimate::Unbiased)),
-            ("HAS_TILES", u32::from(given_up.is_some())),
-        ],
+        constants,
         push: vec![reuse.step_px, reuse.least_weight.to_bits()],
         ..shader("temporal/blend", frame.per_pixel())
     };
     let pass = frame
-        .compute("temporal/blend", work)
+        .compute(&format!("temporal/{label}blend"), work)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("shadowed_image", shadowed, Access::ComputeSampled)
         .bind("unshadowed_image", unshadowed, Access::ComputeSampled)
@@ -160,7 +211,7 @@ fn blend(
         .bind("out_shadowed", blended[0], Access::ComputeWrite)
         .bind("out_unshadowed", blended[1], Access::ComputeWrite);
     frame.graph.add_pass(pass);
-    ShadowEstimates { shadowed: blended[0], unshadowed: blended[1], has_deviations: true, ..light.estimates }
+    ShadowEstimates { shadowed: blended[0], unshadowed: blended[1], has_deviations: true, ..estimates }
 }
 
 /// `frames` has their number in alpha.

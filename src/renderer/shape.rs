@@ -29,7 +29,7 @@ pub(super) fn checked_shapes(
 
 /// What of the motion of surfaces the frame needs to know, if anything.
 fn surface_motion(technique: &dyn Technique, job: &Job<'_>) -> Option<SurfaceMotion> {
-    let needed = job.settings.render.view == View::MotionVectors || technique.reprojects(job);
+    let needed = job.settings.render.view == View::MotionVectors || technique.reuse(job).is_some();
     let by = if job.scene.has_moving_vertices() { SurfaceMotion::Vertices } else { SurfaceMotion::Camera };
     needed.then_some(by)
 }
@@ -39,6 +39,7 @@ pub(super) fn shapes(technique: &dyn Technique, job: &Job<'_>, known: Option<&dy
     let mut frame = FrameShape::new(job);
     for light in [&mut frame.environment, &mut frame.emitters].into_iter().flatten() {
         light.is_filtered &= technique.filters_area_light(job.settings);
+        light.reuse = technique.reuse(job);
     }
     frame.surface_motion = surface_motion(technique, job);
     check_rays(job.gpu, frame.rays)?;

@@ -17,6 +17,7 @@ mod unused;
 
 use crate::dump::Entry;
 use crate::job::Job;
+use crate::passes::temporal::Reuse;
 use crate::settings::{self, Settings, View};
 use crate::uploaded_scene::UploadedScene;
 use crate::{Error, Result};
@@ -84,9 +85,9 @@ pub trait Technique: Sync {
         !self.is_reference()
     }
 
-    /// Whether its frames look up what the frame before had of the same surfaces.
-    fn reprojects(&self, _job: &Job<'_>) -> bool {
-        false
+    /// What its frames take over from what the frames before had of the same surfaces.
+    fn reuse(&self, _job: &Job<'_>) -> Option<Reuse> {
+        None
     }
 
     /// Settings for two independent parts of a frame's samples; their difference tells the noise of their mean.

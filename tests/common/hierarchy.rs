@@ -222,9 +222,7 @@ pub fn shape(options: Options) -> LghShape {
         scatter: if options.build == LevelBuild::Scatter { FirstLevelBuild::Atomic } else { FirstLevelBuild::Sorted },
         grid_update: GridUpdate::Full,
         filter: ShadowFilter::None,
-        temporal: gridlight::settings::Temporal::Off,
-        temporal_weight: 0.05,
-        antilag: gridlight::settings::Antilag::Off,
+        reuse: None,
         lighting_format: ash::vk::Format::R16G16B16A16_SFLOAT,
         count_lights_tested: false,
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::Vec3;
 use gridlight::scene::bvh::{BinaryBvh, Ray};
 use gridlight::scene::testing::{box_room, diffuse, scene_from_quads};
-use gridlight::scene::{Camera, Light, Scene, gltf};
+use gridlight::scene::{Camera, Draw, Light, Material, Scene, gltf};
 use gridlight::settings::Size;
 
 /// A camera that looks from a place in a direction, upright, or with z upwards where it looks straight up or down.
@@ -66,6 +66,19 @@ pub fn add_quad(scene: &mut Scene, quad: [Vec3; 4]) {
     scene.indices.extend(part.indices.iter().map(|i| first + i));
     scene.triangle_materials.extend(part.triangle_materials);
     scene.draws[0].index_count = scene.indices.len() as u32;
+}
+
+/// Adds a quad of another material.
+pub fn add_quad_of(scene: &mut Scene, quad: [Vec3; 4], material: Material) {
+    let part = scene_from_quads("quad", &[quad], material);
+    let first = scene.vertices.len() as u32;
+    let material = scene.materials.len() as u32;
+    let draw = Draw { first_index: scene.indices.len() as u32, index_count: 6, material };
+    scene.vertices.extend(part.vertices);
+    scene.indices.extend(part.indices.iter().map(|i| first + i));
+    scene.triangle_materials.extend([material; 2]);
+    scene.draws.push(draw);
+    scene.materials.extend(part.materials);
 }
 
 /// Where the ray through a pixel's centre meets [`lamp_room`]: the point, the wall's normal, the depth.

@@ -1,7 +1,8 @@
 //! What a frame adds to what is known (`shaders/temporal/blend.comp.glsl`, `blend_lighting.comp.glsl`), against the formulas.
 
-use gridlight::settings::{Settings, ShadowEstimate, Temporal};
+use gridlight::settings::{Settings, ShadowEstimate, Size, Temporal};
 
+use crate::area_lights::{AREA_LIGHTS, AreaLight, area_settings, lit_scene};
 use crate::common::compare::Verdict;
 use crate::common::picture::{Frame, SIZES, Texel, compare_texels};
 use crate::common::rooms::furnished_room;
@@ -19,6 +20,8 @@ struct Blend {
     least_variance_weight: f64,
     known_frames: f64,
     least_deviation: f64,
+    /// Of light by itself that is a share of what arrives without shadow.
+    least_is_relative: bool,
     /// Of a known deviation what the filter is told.
     told_deviation: f64,
     max_outlier: f64,
@@ -31,6 +34,7 @@ const BLEND: Blend = Blend {
     least_variance_weight: 0.1,
     known_frames: 4.0,
     least_deviation: 0.02 / 6.0,
+    least_is_relative: true,
     told_deviation: 0.5,
     max_outlier: 64.0,
     unshadowed_share: 1.0,
@@ -41,6 +45,8 @@ struct Blended {
     frame: Frame,
     mode: Temporal,
     estimate: ShadowEstimate,
+    /// Begins the names of passes and images.
+    label: &'static str,
 }
 
 /// What a pixel leaves.
@@ -77,12 +83,41 @@ impl Blended {
             run.next();
         }
         let lgh = &settings.lgh;
-        Self { frame: run.last(), mode: lgh.temporal.unwrap(), estimate: lgh.shadow_estimate.unwrap() }
+        let estimate = lgh.shadow_estimate.unwrap();
+        Self { frame: run.last(), mode: lgh.temporal.unwrap(), estimate, label: "" }
+    }
+
+    /// The same of the light that comes straight from the environment, or from surfaces that shine.
+    fn of_area_light(test: &GpuTest, size: Size, light: AreaLight) -> Self {
+        let mut run = Run::new(&test.gpu, &lit_scene(), &area_settings(size, Temporal::Shadows));
+        for frame in 0..6 {
+            if frame == 2 || frame == 5 {
+                run.step_right(0.05);
+            }
+            run.next();
+        }
+        let (mode, estimate) = (Temporal::Shadows, ShadowEstimate::Unbiased);
+        Self { frame: run.last(), mode, estimate, label: light.label }
+    }
+
+    fn pass(&self, name: &str) -> String {
+        format!("temporal/{}{name}", self.label)
+    }
+
+    /// Whether estimates are light by themselves.
+    fn is_radiance(&self) -> bool {
+        !self.label.is_empty()
     }
 
     /// What goes in: both estimates and the lighting.
     fn inputs(&self) -> [Vec<Texel>; 3] {
         let frame = &self.frame;
+        if self.is_radiance() {
+            let pass = format!("{}light", self.label);
+            let [shadowed, unshadowed] =
+                ["shadowed", "unshadowed"].map(|what| frame.floats(&pass, &format!("{}{what}", self.label)));
+            return [shadowed, unshadowed.clone(), unshadowed];
+        }
         let input = |what: &str, pass: &str| match frame.n {
             1 => frame.floats(pass, what),
             _ => frame.floats(&format!("interleave/blur_{what}_y"), &format!("{what}_blurred_y")),
@@ -91,12 +126,13 @@ impl Blended {
     }
 
     fn reprojected(&self, what: &str) -> Vec<Texel> {
-        self.frame.floats("temporal/reproject", &format!("reprojected_{what}"))
+        self.frame.floats(&self.pass("reproject"), &format!("{}reprojected_{what}", self.label))
     }
 
     /// How much of a pixel's history tiles give up, bilinear between their middles.
     fn given_up(&self, x: i32, y: i32) -> f64 {
-        let tiles: Option<Vec<[f32; 4]>> = self.frame.written.get("temporal/compare_tiles", "given_up");
+        let tiles: Option<Vec<[f32; 4]>> =
+            self.frame.written.get(&self.pass("compare_tiles"), &format!("{}given_up", self.label));
         let Some(tiles) = tiles else { return 0.0 };
         let [columns, rows] = [self.frame.size.width, self.frame.size.height].map(|edge| edge.div_ceil(8) as i32);
         let at = [x, y].map(|at| (f64::from(at) + 0.5) / 8.0 - 0.5);
@@ -159,9 +195,11 @@ impl Blended {
             let scale = if keeps_light { 1.0 / unit } else { 1.0 };
             let frames = frames.min(1.0 / weight);
             let of_mean = (1.0 / frames).max(by.least_weight / (2.0 - by.least_weight));
-            let deviation = (by.told_deviation * (variance * of_mean).sqrt() * scale).max(by.least_deviation);
-            let known = if frames >= by.known_frames { deviation } else { -1.0 };
             let means = [mix(before[0][i], new[0], weight), mix(before[1][i], new[1], weight * by.unshadowed_share)];
+            let least_unit = if self.is_radiance() && by.least_is_relative { luminance(means[1]) } else { 1.0 };
+            let least = by.least_deviation * least_unit;
+            let deviation = (by.told_deviation * (variance * of_mean).sqrt() * scale).max(least);
+            let known = if frames >= by.known_frames { deviation } else { -1.0 };
             Pixel {
                 history: [with_alpha(means[0], frames), with_alpha(means[1], variance)],
                 estimates: [with_alpha(scaled(means[0], scale), known), with_alpha(scaled(means[1], scale), unit)],
@@ -175,7 +213,8 @@ impl Blended {
         let twin = self.twin(by);
         for (side, what) in ["shadowed", "unshadowed"].into_iter().enumerate() {
             let compare = |name: &str, twin: Vec<Texel>| {
-                compare_texels(name, &self.frame.floats("temporal/blend", name), &twin, 4, TOLERANCE)
+                let name = format!("{}{name}", self.label);
+                compare_texels(&name, &self.frame.floats(&self.pass("blend"), &name), &twin, 4, TOLERANCE)
             };
             compare(&format!("temporal_{what}"), twin.iter().map(|pixel| pixel.history[side]).collect())?;
             compare(&format!("{what}_blended"), twin.iter().map(|pixel| pixel.estimates[side]).collect())?;
@@ -207,6 +246,20 @@ fn frames_are_blended_by_the_formula() {
 }
 
 #[test]
+fn light_by_itself_is_blended_by_the_formula() {
+    let test = gpu();
+    for light in AREA_LIGHTS {
+        for size in SIZES {
+            let blended = Blended::of_area_light(&test, size, light);
+            blended.check(BLEND).unwrap_or_else(|e| panic!("{size}, {}: {e}", light.label));
+        }
+        let blended = Blended::of_area_light(&test, SIZES[4], light);
+        let absolute = blended.check(Blend { least_is_relative: false, ..BLEND });
+        assert!(absolute.is_err(), "{}: a least deviation that does not follow the light was not noticed", light.label);
+    }
+}
+
+#[test]
 fn the_newest_frame_has_the_weight_that_is_asked_for() {
     let test = gpu();
     for weight in [0.2, 1.0] {
@@ -225,7 +278,8 @@ fn other_blends_are_noticed() {
     let settings = settings(SIZES[4], Temporal::Indirect, ShadowEstimate::Corrected);
     let mut run = Run::new(&test.gpu, &furnished_room(), &settings);
     (0..24).for_each(|_| run.next());
-    let blended = Blended { frame: run.last(), mode: Temporal::Indirect, estimate: ShadowEstimate::Corrected };
+    let (mode, estimate) = (Temporal::Indirect, ShadowEstimate::Corrected);
+    let blended = Blended { frame: run.last(), mode, estimate, label: "" };
     blended.check(BLEND).unwrap();
     let faults: [Fault; 6] = [
         ("deviations told in full", |by| by.told_deviation = 1.0),

@@ -1,6 +1,7 @@
 //! What frames take over from those before them: where surfaces were, and what was known of their light.
 
 mod answers;
+mod area_lights;
 mod blending;
 #[path = "../common/mod.rs"]
 mod common;

@@ -5,6 +5,7 @@ use gridlight::scene::{Light, Scene};
 use gridlight::settings::{Antilag, LghSettings, Settings, ShadowEstimate, Size, Temporal};
 use gridlight::uploaded_scene::UploadedScene;
 
+use crate::area_lights::{AREA_LIGHTS, AreaLight, area_settings, lit_scene};
 use crate::common::compare::Verdict;
 use crate::common::picture::{Frame, SIZES, Texel, compare_texels};
 use crate::common::rooms::furnished_room;
@@ -57,6 +58,8 @@ struct Pair {
     before: Frame,
     now: Frame,
     keeps_light: bool,
+    /// Begins the names of passes and images; empty for shadows.
+    label: &'static str,
 }
 
 fn luminance(color: Texel) -> f64 {
@@ -72,7 +75,17 @@ impl Pair {
         let before = run.last();
         run.step_right(0.08);
         run.next();
-        Self { before, now: run.last(), keeps_light: mode == Temporal::Indirect }
+        Self { before, now: run.last(), keeps_light: mode == Temporal::Indirect, label: "" }
+    }
+
+    /// The same of the light that comes straight from the environment, or from surfaces that shine.
+    fn of_area_light(test: &GpuTest, size: Size, light: AreaLight) -> Self {
+        let mut run = Run::new(&test.gpu, &lit_scene(), &area_settings(size, Temporal::Shadows));
+        (0..11).for_each(|_| run.next());
+        let before = run.last();
+        run.step_right(0.08);
+        run.next();
+        Self { before, now: run.last(), keeps_light: false, label: light.label }
     }
 
     /// The twelfth frame, before which the lamp has turned, and the one before it.
@@ -83,11 +96,22 @@ impl Pair {
         let turned = UploadedScene::new(&test.gpu, &lit_from(1.0)).unwrap();
         run.renderer.update_lights(turned.other_lights()).unwrap();
         run.next();
-        Self { before, now: run.last(), keeps_light: false }
+        Self { before, now: run.last(), keeps_light: false, label: "" }
     }
 
-    fn tiles(frame: &Frame) -> Vec<Texel> {
-        frame.floats("temporal/compare_tiles", "temporal_tiles")
+    fn tiles(&self, frame: &Frame) -> Vec<Texel> {
+        frame.floats(&format!("temporal/{}compare_tiles", self.label), &format!("{}temporal_tiles", self.label))
+    }
+
+    /// An image that a pass of the last frame left.
+    fn left(&self, pass: &str, image: &str) -> Vec<Texel> {
+        self.now.floats(&format!("temporal/{}{pass}", self.label), &format!("{}{image}", self.label))
+    }
+
+    /// Both estimates of the last frame.
+    fn estimates(&self) -> [Vec<Texel>; 2] {
+        let pass = if self.label.is_empty() { "shadow_rays" } else { &format!("{}light", self.label) };
+        ["shadowed", "unshadowed"].map(|what| self.now.floats(pass, &format!("{}{what}", self.label)))
     }
 
     fn size(&self) -> [i32; 2] {
@@ -96,16 +120,22 @@ impl Pair {
 
     /// Light of the frame, of the history, their unit, and that over the frames in the history, of all tiles.
     fn sums(&self) -> Vec<Texel> {
+        self.sums_per(&self.left("reproject", "reprojected_unshadowed"))
+    }
+
+    /// The same; the unit of light by itself is `arrived`.
+    fn sums_per(&self, arrived: &[Texel]) -> Vec<Texel> {
         let now = &self.now;
-        let [shadowed, unshadowed] = ["shadowed", "unshadowed"].map(|what| now.floats("shadow_rays", what));
-        let before = now.floats("temporal/reproject", "reprojected_shadowed");
+        let [shadowed, unshadowed] = self.estimates();
+        let before = self.left("reproject", "reprojected_shadowed");
+        let is_radiance = !self.label.is_empty();
         let sum = |(column, row): (i32, i32)| {
             let pixels = (0..64).filter_map(|i| now.surfaces.index(8 * column + i % 8, 8 * row + i / 8));
             pixels.filter(|i| before[*i][3] > 0.0).fold([0.0; 4], |[light, kept, units, per_frame], i| {
-                let unit = unshadowed[i][3];
-                let of_history = luminance(before[i]) * if self.keeps_light { 1.0 } else { unit };
+                let unit = if is_radiance { luminance(arrived[i]) } else { unshadowed[i][3] };
+                let of_history = luminance(before[i]) * if self.keeps_light || is_radiance { 1.0 } else { unit };
                 [
-                    light + luminance(shadowed[i]) * unit,
+                    light + luminance(shadowed[i]) * if is_radiance { 1.0 } else { unit },
                     kept + of_history,
                     units + unit,
                     per_frame + unit / before[i][3],
@@ -134,7 +164,7 @@ impl Pair {
         let [x, y] = [0, 1].map(|axis| f64::from(middle[axis]) + motion[axis]);
         let inside = x >= 0.0 && y >= 0.0 && x < f64::from(width) && y < f64::from(height);
         let tile = y as usize / 8 * (width as usize).div_ceil(8) + x as usize / 8;
-        if inside { Self::tiles(&self.before)[tile] } else { [0.0; 4] }
+        if inside { self.tiles(&self.before)[tile] } else { [0.0; 4] }
     }
 
     /// What a tile gives up for those around it.
@@ -190,10 +220,10 @@ impl Pair {
 
     fn check(&self, by: Comparison) -> Verdict {
         let sums = self.sums();
-        compare_texels("sums", &self.now.floats("temporal/sum_tiles", "tile_sums"), &sums, 4, TOLERANCE)?;
+        compare_texels("sums", &self.left("sum_tiles", "tile_sums"), &sums, 4, TOLERANCE)?;
         let [tiles, given_up] = self.twin(&sums, by);
-        compare_texels("tiles", &Self::tiles(&self.now), &tiles, 4, TOLERANCE)?;
-        compare_texels("given up", &self.now.floats("temporal/compare_tiles", "given_up"), &given_up, 4, TOLERANCE)
+        compare_texels("tiles", &self.tiles(&self.now), &tiles, 4, TOLERANCE)?;
+        compare_texels("given up", &self.left("compare_tiles", "given_up"), &given_up, 4, TOLERANCE)
     }
 }
 
@@ -210,6 +240,22 @@ fn tiles_are_compared_by_the_formula() {
     let test = gpu();
     for (size, mode) in SIZES.into_iter().zip([Temporal::Shadows, Temporal::Indirect].into_iter().cycle()) {
         Pair::of(&test, size, mode).check(COMPARISON).unwrap_or_else(|e| panic!("{size}, {mode:?}: {e}"));
+    }
+}
+
+#[test]
+fn tiles_of_light_by_itself_are_compared_by_the_formula() {
+    let test = gpu();
+    for (size, light) in SIZES.into_iter().flat_map(|size| AREA_LIGHTS.map(|light| (size, light))) {
+        let verdict = Pair::of_area_light(&test, size, light).check(COMPARISON);
+        verdict.unwrap_or_else(|e| panic!("{size}, {}: {e}", light.label));
+    }
+    // Its unit is what arrives without shadow, as the frames before have it.
+    for light in AREA_LIGHTS {
+        let pair = Pair::of_area_light(&test, SIZES[4], light);
+        let sums = pair.sums_per(&pair.estimates()[1]);
+        let found = compare_texels("sums", &pair.left("sum_tiles", "tile_sums"), &sums, 4, TOLERANCE);
+        assert!(found.is_err(), "{}: a unit of the frame itself was not noticed", light.label);
     }
 }
 

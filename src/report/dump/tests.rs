@@ -9,20 +9,26 @@ use crate::graph::Lifetime;
 use crate::light_grid::Levels;
 use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_shape::LightShape;
-use crate::passes::{AreaLightShape, FrameShape};
+use crate::passes::temporal::{Estimated, Reuse};
+use crate::passes::{AreaLightShape, FrameShape, SurfaceMotion};
 use crate::settings::{
     FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, Reservoir, ShadowEstimate, ShadowFilter,
     ShadowPoints, View,
 };
 use crate::techniques::testing::{all_shapes, pbgi_shapes};
 
+const REUSE: Reuse =
+    Reuse { of: Estimated::Light, least_weight: 0.05, antilag: crate::settings::Antilag::Tiles, step_px: 1 };
+
+const AREA_LIGHT: AreaLightShape = AreaLightShape { samples: 4, is_filtered: true, reuse: None };
+
 fn frame_shape() -> FrameShape {
     FrameShape {
         width_px: 8,
         height_px: 8,
         direct: true,
-        environment: Some(AreaLightShape { samples: 4, is_filtered: true }),
-        emitters: Some(AreaLightShape { samples: 4, is_filtered: true }),
+        environment: Some(AREA_LIGHT),
+        emitters: Some(AREA_LIGHT),
         has_emission: true,
         culls_back_faces: false,
         texture_filter: crate::settings::TextureFilter::Anisotropic,
@@ -69,9 +75,7 @@ fn lgh() -> LghShape {
         scatter: FirstLevelBuild::Sorted,
         grid_update: GridUpdate::Full,
         filter: ShadowFilter::Atrous,
-        temporal: crate::settings::Temporal::Off,
-        temporal_weight: 0.05,
-        antilag: crate::settings::Antilag::Off,
+        reuse: None,
         lighting_format: vk::Format::R32G32B32A32_SFLOAT,
         count_lights_tested: true,
     }
@@ -80,6 +84,10 @@ fn lgh() -> LghShape {
 #[test]
 fn every_resource_has_an_entry() {
     let plain = lgh();
+    let light = Some(AreaLightShape { reuse: Some(REUSE), ..AREA_LIGHT });
+    let surface_motion = Some(SurfaceMotion::Camera);
+    let reusing = FrameShape { environment: light, emitters: light, surface_motion, ..frame_shape() };
+    check_frame(&Shapes { frame: reusing, technique: Box::new(LghShape { reuse: Some(REUSE), ..plain.clone() }) });
     let shapes = [
         plain.clone(),
         LghShape { lighting: LightingMode::Volumes, interleave: 4, filter: ShadowFilter::None, ..plain.clone() },

@@ -75,9 +75,7 @@ pub(super) fn base_shape(job: &Job<'_>) -> Result<LghShape> {
         scatter: FirstLevelBuild::Sorted,
         grid_update: grid_update::mode(job),
         filter: settings.lgh.filter,
-        temporal: super::temporal_mode(job),
-        temporal_weight: settings.lgh.temporal_weight,
-        antilag: settings.lgh.antilag,
+        reuse: super::reuse(job),
         lighting_format: if rgba32f { vk::Format::R32G32B32A32_SFLOAT } else { vk::Format::R16G16B16A16_SFLOAT },
         // A dump shows the lights that every pixel tests.
         count_lights_tested: settings.output.dump.is_some(),

@@ -18,9 +18,10 @@ use crate::job::Job;
 use crate::passes::Frame;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::lgh_shape::LghShape;
+use crate::passes::temporal::{Estimated, Reuse};
 use crate::settings::{
-    GridUpdate, IndirectSize, LightingMode, Reservoir, Settings, ShadowEstimate, ShadowFilter, ShadowPoints, Temporal,
-    View, name,
+    GridUpdate, IndirectSize, LghSettings, LightingMode, Reservoir, Settings, ShadowEstimate, ShadowFilter,
+    ShadowPoints, Temporal, View, name,
 };
 use crate::shared::{FrameData, InspectedPixel};
 use crate::uploaded_scene::UploadedScene;
@@ -98,9 +99,9 @@ impl Technique for Lgh {
         Ok(Box::new(measured_shape(job, known.and_then(|known| known.as_any().downcast_ref()))?))
     }
 
-    fn reprojects(&self, job: &Job<'_>) -> bool {
-        let shows = matches!(job.settings.render.view, View::Final | View::ShadowRatioFiltered);
-        shows && temporal_mode(job) != Temporal::Off
+    fn reuse(&self, job: &Job<'_>) -> Option<Reuse> {
+        let shows = matches!(job.settings.render.view, View::Final | View::Direct | View::ShadowRatioFiltered);
+        reuse(job).filter(|_| shows)
     }
 
     fn keeps_measures(&self, now: &Settings, before: &Settings) -> bool {
@@ -161,11 +162,17 @@ fn check_temporal(settings: &Settings, temporal: &str) -> Result<()> {
 }
 
 /// What is taken over from the frames before. Frames of a mean are to be independent.
-fn temporal_mode(job: &Job<'_>) -> Temporal {
+fn reuse(job: &Job<'_>) -> Option<Reuse> {
     let settings = job.settings;
     let has_samples = settings.many_lights.shadows.is_on() && settings.many_lights.shadow_samples > 0;
-    let asked = settings.lgh.temporal.unwrap_or(Temporal::Off);
-    if has_samples && settings.render.accumulate == 1 { asked } else { Temporal::Off }
+    let LghSettings { temporal, temporal_weight, antilag, interleave, .. } = settings.lgh;
+    let of = match temporal? {
+        Temporal::Off => return None,
+        Temporal::Shadows => Estimated::Shadows,
+        Temporal::Indirect => Estimated::Light,
+    };
+    let reuse = Reuse { of, least_weight: temporal_weight, antilag, step_px: interleave };
+    (has_samples && settings.render.accumulate == 1).then_some(reuse)
 }
 
 /// Whether a view shows what becomes of shadow samples.
@@ -222,7 +229,11 @@ impl TechniqueShape for LghShape {
     fn note_choices(&self, settings: &mut Settings) {
         settings.lgh.reservoir = Some(self.reservoir);
         settings.lgh.shadow_estimate = Some(self.shadow_estimate);
-        settings.lgh.temporal = Some(self.temporal);
+        settings.lgh.temporal = Some(match self.reuse.map(|reuse| reuse.of) {
+            None => Temporal::Off,
+            Some(Estimated::Light) => Temporal::Indirect,
+            Some(Estimated::Shadows | Estimated::Radiance) => Temporal::Shadows,
+        });
     }
 
     fn level_range(&self) -> [u32; 2] {

@@ -14,13 +14,13 @@ use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_volumes::Lighting;
 use crate::passes::merge::MergedLights;
 use crate::passes::shadow_rays::{Samples, ShadowEstimates};
-use crate::passes::temporal::{Light, Reuse};
+use crate::passes::temporal::Light;
 use crate::passes::{
     Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, grid_update, half_picture,
     inspect, interleave, light_buckets, light_gather, light_volumes, merge, shadow_rays, temporal,
 };
 use crate::settings::{
-    FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, ShadowFilter, ShadowPoints, Temporal,
+    FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, ShadowFilter, ShadowPoints,
 };
 
 /// Buffers of the hierarchy that outlive the frame.
@@ -175,13 +175,7 @@ pub(super) fn filter_shadows(
 ) -> Light {
     let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
     let mut light = Light { estimates, lighting: lit.composite.lighting };
-    if let Some(motion) = gbuffer.motion.filter(|_| shape.temporal != Temporal::Off) {
-        let reuse = Reuse {
-            mode: shape.temporal,
-            least_weight: shape.temporal_weight,
-            antilag: shape.antilag,
-            step_px: shape.interleave,
-        };
+    if let Some((motion, reuse)) = gbuffer.motion.zip(shape.reuse) {
         light = temporal::add(frame, gbuffer, motion, reuse, light);
     }
     if shape.filter == ShadowFilter::Atrous {

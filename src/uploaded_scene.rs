@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use crate::environment::Environment;
 use crate::environment::blurred::blurred;
+use crate::environment::upload::PreparedEnvironment;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Limits, SceneBytes, SceneData, ScenePart, SceneSet};
 use crate::points::PointCloud;
@@ -172,7 +173,6 @@ impl UploadedScene {
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
         let other_lights = lights[..*first_point_light as usize].to_vec();
-        let radius = f64::from(scene.bounds.radius());
         let first_point_light = *first_point_light;
         let light_count = lights.iter().filter(|light| light.kind != LIGHT_EMITTERS).count() as u32;
         Ok(Self {
@@ -192,7 +192,7 @@ impl UploadedScene {
             environment_means: OnceLock::new(),
             light_flux: *light_flux,
             faintest_light_flux: *light_flux * faintest_share(lights),
-            environment_flux: environment.scalar_irradiance * std::f64::consts::PI * radius * radius,
+            environment_flux: environment_flux(environment, &scene.bounds),
             other_lights,
             moving: moves.then(|| Arc::new(MovingBvh::new(bvh))),
             vertex_moves: 0,
@@ -214,6 +214,7 @@ impl UploadedScene {
             self.set.replace(gpu, ScenePart::Lights, bytemuck::cast_slice(&lights))?;
             self.other_lights = lights[..self.first_point_light as usize].to_vec();
         }
+        self.follow_environment(gpu, scene)?;
         let Some(moving) = self.moving.as_ref().filter(|_| moves.geometry) else { return Ok(()) };
         let bvh = moving.at(scene);
         self.set.keep_vertices(gpu)?;
@@ -230,6 +231,27 @@ impl UploadedScene {
         }
         self.largest_triangle = largest_triangle(scene);
         self.points.clear();
+        Ok(())
+    }
+
+    /// Puts the scene's environment on the device, where it is another one than before.
+    fn follow_environment(&mut self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<()> {
+        let is_same = |a: &Arc<Environment>, b: &Arc<Environment>| Arc::ptr_eq(a, b);
+        let Some(environment) = &scene.environment else { return Ok(()) };
+        if self.environment.as_ref().is_some_and(|known| is_same(known, environment)) {
+            return Ok(());
+        }
+        let start = Instant::now();
+        let prepared = upload::environment(scene);
+        let prepared_ms = start.elapsed().as_secs_f64() * 1e3;
+        self.set.replace_environment(gpu, &prepared)?;
+        log::debug!(
+            "sky: prepared in {prepared_ms:.1} ms, on the device after {:.1} ms",
+            start.elapsed().as_secs_f64() * 1e3
+        );
+        (self.environment_cells, self.environment_scale) = (prepared.cells, prepared.scale);
+        self.environment_flux = environment_flux(&prepared, &self.bounds);
+        (self.environment, self.environment_means) = (Some(Arc::clone(environment)), OnceLock::new());
         Ok(())
     }
 
@@ -343,6 +365,12 @@ impl UploadedScene {
     pub fn other_lights(&self) -> &[PunctualLight] {
         &self.other_lights
     }
+}
+
+/// Flux (luminance) of an environment into the bounding sphere of a scene.
+fn environment_flux(environment: &PreparedEnvironment, bounds: &Aabb) -> f64 {
+    let radius = f64::from(bounds.radius());
+    environment.scalar_irradiance * std::f64::consts::PI * radius * radius
 }
 
 /// Longest edge of any triangle's bounding box.

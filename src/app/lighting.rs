@@ -2,11 +2,12 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 use glam::Vec3;
 
 use crate::environment::{self, DEFAULT_DIRECTION_TO_SUN, Environment};
-use crate::scene::{Light, LitBy, Scene};
+use crate::scene::{Light, LitBy, Scene, SkySun};
 use crate::settings::{EnvironmentSettings, EnvironmentSource, SunPlace};
 use crate::{Error, Result};
 
@@ -22,8 +23,8 @@ pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &Environ
         scene.lights.clear();
     }
     if let Some(sun) = sun {
-        match first_sun(scene) {
-            Some((direction_ws, _)) => *direction_ws = sun.travel_ws(),
+        match first_sun(scene).and_then(|index| direction_mut(&mut scene.lights[index])) {
+            Some(direction_ws) => *direction_ws = sun.travel_ws(),
             // The sky brings the sun.
             None if source == EnvironmentSource::Sky => {}
             None => return Err(Error::Usage("--sun needs a directional light, and the scene has none".to_owned())),
@@ -45,11 +46,23 @@ pub(super) fn light(scene: &mut Scene, sun: Option<SunPlace>, settings: &Environ
     Ok(())
 }
 
-/// Keeps a sun that was placed where it is, after the scene's lights have moved.
-pub(super) fn hold_sun(scene: &mut Scene, sun: Option<SunPlace>) {
-    if let (Some(sun), Some((direction_ws, _))) = (sun, first_sun(scene)) {
+/// After the scene's lights have moved: keeps a sun that was placed where it is, and makes the sky anew for a sun that is not
+/// where or what it was. Whether it has.
+pub(super) fn follow(scene: &mut Scene, sun: Option<SunPlace>, settings: &EnvironmentSettings) -> bool {
+    let held = sun.zip(first_sun(scene).filter(|index| scene.motion.moves_light(*index)));
+    if let Some((sun, direction_ws)) = held.and_then(|(sun, i)| Some((sun, direction_mut(&mut scene.lights[i])?))) {
         *direction_ws = sun.travel_ws();
     }
+    let Some(before) = scene.sky_sun.filter(|sun| sun.moves) else { return false };
+    let Some(now) = before.own.and_then(|index| sky_sun(scene, index, settings.turn_deg)) else { return false };
+    if now == before {
+        return false;
+    }
+    let start = Instant::now();
+    scene.sky_sun = Some(now);
+    scene.environment = Some(Arc::new(sky_of(now)));
+    log::debug!("sky: made in {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
+    true
 }
 
 /// Where a scene's light from all around comes from.
@@ -89,23 +102,49 @@ fn read(path: &Path) -> Result<Environment> {
 
 /// A clear sky around the scene's first sun, or with a sun of its own.
 fn put_under_sky(scene: &mut Scene, placed: Option<SunPlace>, turn_deg: f32) -> Environment {
-    // The sun that is there stays where it is, however the sky is turned.
-    let before_turn = |travel_ws: Vec3| environment::turned(-travel_ws, -turn_deg);
-    let own = first_sun(scene).map(|(direction_ws, irradiance)| (before_turn(*direction_ws), irradiance));
-    let without = placed.map_or(DEFAULT_DIRECTION_TO_SUN.normalize(), |sun| before_turn(sun.travel_ws()));
-    scene.sky_sun = Some(own.map_or(without, |(towards, _)| towards));
-    match own {
-        Some((towards, irradiance)) => Environment::sky_for_sun(towards, irradiance),
-        None => Environment::sky_with_sun(without),
+    let own = first_sun(scene).and_then(|index| sky_sun(scene, index, turn_deg));
+    let brought = || SkySun {
+        towards: placed.map_or(DEFAULT_DIRECTION_TO_SUN.normalize(), |sun| before_turn(sun.travel_ws(), turn_deg)),
+        irradiance: Vec3::ZERO,
+        own: None,
+        moves: false,
+    };
+    let sun = own.unwrap_or_else(brought);
+    scene.sky_sun = Some(sun);
+    sky_of(sun)
+}
+
+/// The sky for a sun.
+fn sky_of(sun: SkySun) -> Environment {
+    match sun.own {
+        Some(_) => Environment::sky_for_sun(sun.towards, sun.irradiance, sun.moves),
+        None => Environment::sky_with_sun(sun.towards),
     }
 }
 
-/// Direction and irradiance of the first directional light that shines.
-fn first_sun(scene: &mut Scene) -> Option<(&mut Vec3, Vec3)> {
-    scene.lights.iter_mut().filter(|light| !light.is_dark()).find_map(|light| match light {
-        Light::Directional { direction_ws, irradiance } => Some((direction_ws, *irradiance)),
+/// Where the light of a sun comes from, in a sky that is turned then: the sun that is there stays where it is.
+fn before_turn(travel_ws: Vec3, turn_deg: f32) -> Vec3 {
+    environment::turned(-travel_ws, -turn_deg)
+}
+
+/// A directional light of the scene as the sun of a sky.
+fn sky_sun(scene: &Scene, index: usize, turn_deg: f32) -> Option<SkySun> {
+    let Light::Directional { direction_ws, irradiance } = scene.lights.get(index)? else { return None };
+    let towards = before_turn(*direction_ws, turn_deg);
+    Some(SkySun { towards, irradiance: *irradiance, own: Some(index), moves: scene.motion.moves_light(index) })
+}
+
+/// The first directional light that shines, be it at another moment.
+fn first_sun(scene: &Scene) -> Option<usize> {
+    let mut brightest = scene.motion.brightest_of(&scene.lights);
+    brightest.position(|light| matches!(light, Light::Directional { .. }) && !light.is_dark())
+}
+
+fn direction_mut(light: &mut Light) -> Option<&mut Vec3> {
+    match light {
+        Light::Directional { direction_ws, .. } => Some(direction_ws),
         _ => None,
-    })
+    }
 }
 
 /// The suns of an environment as lights, turned and scaled with it.
@@ -120,7 +159,9 @@ pub(super) fn suns(environment: &Environment, settings: &EnvironmentSettings) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::setup::read_scene;
     use crate::scene::testing::{diffuse, scene_from_quads};
+    use crate::settings::MotionSettings;
 
     const QUAD: [Vec3; 4] = [Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::X];
 
@@ -212,6 +253,53 @@ mod tests {
         assert_eq!(plain.environment, turned.environment, "it is turned and scaled when it is rendered");
         assert!((sun(&turned).1 - 2.0 * sun(&plain).1).length() < 1e-4);
         assert!(environment::turned(sun(&plain).0, 90.0).distance(sun(&turned).0) < 1e-5);
+    }
+
+    /// The built-in scene under a sky at a moment of one of its animations.
+    fn courtyard(animation: &str, time_s: f64, sun: Option<SunPlace>) -> Scene {
+        let motion = MotionSettings { time_s, animation: Some(animation.to_owned()), ..MotionSettings::default() };
+        read_scene((None, true), sun, &motion, &under(EnvironmentSource::Sky), &|_, _, _| ()).unwrap()
+    }
+
+    #[test]
+    fn a_sky_follows_the_sun_of_its_scene() {
+        let settings = under(EnvironmentSource::Sky);
+        let mut scene = courtyard("sun", 0.0, None);
+        let first = scene.environment.clone();
+        assert!(!follow(&mut scene, None, &settings), "nothing has moved");
+        scene.pose(3.0);
+        assert!(follow(&mut scene, None, &settings));
+        let there = courtyard("sun", 3.0, None);
+        assert!(scene.environment == there.environment && scene.environment != first);
+        assert_eq!((scene.sky_sun, &scene.lights), (there.sky_sun, &there.lights));
+        // It is turned with the sky.
+        let turned = EnvironmentSettings { turn_deg: 30.0, ..settings.clone() };
+        assert!(follow(&mut scene, None, &turned) && scene.environment != there.environment);
+        assert!(follow(&mut scene, None, &settings) && scene.environment == there.environment);
+        // Lit by day again, it is black while the sun is out, and keeps its size.
+        let index = scene.sky_sun.unwrap().own.unwrap();
+        let sun = scene.lights[index].clone();
+        scene.lights[index] = Light::Directional { direction_ws: Vec3::NEG_Y, irradiance: Vec3::ZERO };
+        assert!(follow(&mut scene, None, &settings));
+        let night = scene.environment.clone().unwrap();
+        assert!(
+            night.size == there.environment.as_ref().unwrap().size && night.radiance.iter().all(|c| *c == [0.0; 3])
+        );
+        scene.lights[index] = sun;
+        assert!(follow(&mut scene, None, &settings) && scene.environment == there.environment);
+    }
+
+    #[test]
+    fn a_sky_stays_where_its_sun_does() {
+        let settings = under(EnvironmentSource::Sky);
+        let place = Some(SunPlace { azimuth_deg: 130.0, height_deg: 40.0 });
+        for (animation, place) in [("sun", place), ("figure", None)] {
+            let mut scene = courtyard(animation, 0.0, place);
+            let first = scene.environment.clone().unwrap();
+            scene.pose(3.0);
+            assert!(!follow(&mut scene, place, &settings), "{animation}");
+            assert!(Arc::ptr_eq(scene.environment.as_ref().unwrap(), &first), "{animation}");
+        }
     }
 
     #[test]

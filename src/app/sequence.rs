@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::frames::AroundFrames;
 use super::headless::note;
-use super::lighting::hold_sun;
+use super::lighting;
 use super::setup::find_camera;
 use crate::files::OutputFile;
 use crate::gpu::Gpu;
@@ -47,10 +47,11 @@ impl Sequence<'_> {
         }
         self.shown_s = moment_s;
         self.scene.pose(moment_s);
-        hold_sun(self.scene, settings.scene.sun);
+        let has_other_sky = lighting::follow(self.scene, settings.scene.sun, &settings.environment);
         self.uploaded.follow(self.gpu, self.scene)?;
-        if moves.geometry && techniques::of(settings)?.point_count_log2(settings).is_some() {
-            // The points are part of what is compiled.
+        let has_points = techniques::of(settings)?.point_count_log2(settings).is_some();
+        if has_points && (moves.geometry || has_other_sky) {
+            // The points and the means of the sky are part of what is compiled.
             *renderer = self.renderer()?;
             return Ok(());
         }

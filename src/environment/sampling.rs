@@ -3,6 +3,8 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3;
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelExtend, ParallelIterator};
+use rayon::slice::ParallelSlice;
 
 use super::resample::Resampled;
 use super::{Environment, image_point, row_cosine, texel_solid_angle};
@@ -47,9 +49,8 @@ impl SamplingTable {
         let sphere = 2.0 * std::f64::consts::TAU;
         let even = |row: u32| texel_solid_angle(size, row) * f64::from(size[0]) / sphere;
         let mut sums = running_sums(&rows, even);
-        for row in cells.chunks_exact(size[0] as usize) {
-            sums.extend(running_sums(row, |_| 1.0 / f64::from(size[0])));
-        }
+        let within_rows = cells.par_chunks_exact(size[0] as usize);
+        sums.par_extend(within_rows.flat_map_iter(|row| running_sums(row, |_| 1.0 / f64::from(size[0]))));
         Self { size, sums }
     }
 
@@ -140,18 +141,23 @@ fn running_sums(weights: &[f64], even: impl Fn(u32) -> f64) -> Vec<f32> {
 /// Mean luminance of what shaders read within each cell: the image, bilinear between its texels.
 fn cell_means(environment: &Environment, size: [u32; 2]) -> Vec<f64> {
     let [width, height] = environment.size.map(|count| count as usize);
-    let texels: Vec<f64> = environment.radiance.iter().map(|texel| luminance(*texel)).collect();
+    let texels: Vec<f64> = environment.radiance.par_iter().map(|texel| luminance(*texel)).collect();
     // The mean of bilinear interpolation over a texel has three quarters of the texel and an eighth of each neighbour,
     // along and across.
     let spread = |before: f64, own: f64, after: f64| 0.125 * before + 0.75 * own + 0.125 * after;
-    let along = |y: usize, x: usize| {
-        let row = &texels[y * width..(y + 1) * width];
-        spread(row[(x + width - 1) % width], row[x], row[(x + 1) % width])
+    let along_row =
+        |row: &[f64]| (0..width).map(|x| spread(row[(x + width - 1) % width], row[x], row[(x + 1) % width])).collect();
+    let along: Vec<Vec<f64>> = texels.par_chunks_exact(width).map(along_row).collect();
+    let row = |y: usize| {
+        let [above, own, below] = [y.saturating_sub(1), y, (y + 1).min(height - 1)].map(|y| &along[y]);
+        (0..width).map(move |x| spread(above[x], own[x], below[x]))
     };
+    if size == environment.size {
+        return (0..height).into_par_iter().flat_map_iter(row).collect();
+    }
     let mut cells = Resampled::new(environment.size, size);
     for y in 0..height {
-        let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
-        (0..width).for_each(|x| cells.add(x, y, spread(along(above, x), along(y, x), along(below, x))));
+        row(y).enumerate().for_each(|(x, mean)| cells.add(x, y, mean));
     }
     cells.into_texels()
 }

@@ -7,6 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DMat3, DVec3, Vec3};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::{Environment, EnvironmentSun, image_direction, texel_solid_angle};
 use crate::color::luminance_f64 as luminance;
@@ -16,6 +17,8 @@ const TURBIDITY: f64 = 3.0;
 /// Albedo of the ground below the horizon, which sun and sky light.
 const GROUND_ALBEDO: f64 = 0.2;
 const SIZE: [u32; 2] = [512, 256];
+/// Of a sky that is made for every frame.
+const SIZE_IN_MOTION: [u32; 2] = [192, 96];
 /// Lower suns have the sky of this one: what is below the horizon is beyond the model.
 const LOWEST_SUN_DEG: f64 = 2.0;
 /// Linear sRGB of CIE XYZ.
@@ -44,19 +47,20 @@ impl Environment {
         let towards = direction_to_sun.normalize_or(Vec3::Y);
         let zenith_angle = zenith_angle(towards);
         let sun = sun_color(zenith_angle) * (sun_klx(zenith_angle) * units_per_klx);
-        let mut sky = dome(towards, sun, units_per_klx);
+        let mut sky = dome(SIZE, towards, sun, units_per_klx);
         if towards.y > 0.0 {
             sky.suns.push(EnvironmentSun { direction_to_sun: towards, irradiance: sun.as_vec3() });
         }
         sky
     }
 
-    /// The clear sky around a sun that the scene has: as bright as in nature beside such a sun.
+    /// The clear sky around a sun that the scene has: as bright as in nature beside such a sun. Where an animation moves it,
+    /// the image is a smaller one, for it is made again in every frame.
     #[must_use]
-    pub fn sky_for_sun(direction_to_sun: Vec3, irradiance: Vec3) -> Self {
+    pub fn sky_for_sun(direction_to_sun: Vec3, irradiance: Vec3, moves: bool) -> Self {
         let towards = direction_to_sun.normalize_or(Vec3::Y);
         let units_per_klx = luminance(irradiance.to_array()) / sun_klx(zenith_angle(towards));
-        dome(towards, irradiance.as_dvec3(), units_per_klx)
+        dome(if moves { SIZE_IN_MOTION } else { SIZE }, towards, irradiance.as_dvec3(), units_per_klx)
     }
 }
 
@@ -66,16 +70,16 @@ fn zenith_angle(direction_to_sun: Vec3) -> f64 {
 }
 
 /// The image of a sky without its sun; `sun` is the sun's irradiance, for the ground.
-fn dome(direction_to_sun: Vec3, sun: DVec3, units_per_klx: f64) -> Environment {
+fn dome(size: [u32; 2], direction_to_sun: Vec3, sun: DVec3, units_per_klx: f64) -> Environment {
     let model = Model::new(direction_to_sun, TURBIDITY);
-    let [width, height] = SIZE;
+    let [width, height] = size;
     let direction =
         |x: u32, y: u32| image_direction([(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32]);
-    let texels = (0..height / 2).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let texels = (0..width * height / 2).into_par_iter().map(|i| (i % width, i / width));
     let colors: Vec<DVec3> = texels.map(|(x, y)| model.color(direction(x, y))).collect();
     let horizontal: DVec3 = (0..height / 2)
         .zip(colors.chunks_exact(width as usize))
-        .map(|(y, row)| row.iter().sum::<DVec3>() * (texel_solid_angle(SIZE, y) * f64::from(direction(0, y).y)))
+        .map(|(y, row)| row.iter().sum::<DVec3>() * (texel_solid_angle(size, y) * f64::from(direction(0, y).y)))
         .sum();
     let wanted = dome_klx(model.zenith_angle) * units_per_klx;
     let scale = wanted / luminance(horizontal.as_vec3().to_array());
@@ -83,7 +87,7 @@ fn dome(direction_to_sun: Vec3, sun: DVec3, units_per_klx: f64) -> Environment {
     let ground = (falling * (GROUND_ALBEDO / PI)).as_vec3().to_array();
     let mut radiance: Vec<[f32; 3]> = colors.iter().map(|color| (*color * scale).as_vec3().to_array()).collect();
     radiance.resize((width * height) as usize, ground);
-    Environment { size: SIZE, radiance, suns: Vec::new() }
+    Environment { size, radiance, suns: Vec::new() }
 }
 
 /// Illuminance of a surface that faces the sun, in thousand lux (IES, clear sky).
@@ -141,6 +145,8 @@ struct Model {
     coefficients: [[f64; 5]; 3],
     /// Y, x and y at the zenith.
     zenith: [f64; 3],
+    /// What [`perez`] makes of the zenith.
+    at_zenith: [f64; 3],
 }
 
 impl Model {
@@ -155,7 +161,8 @@ impl Model {
             linear([[-0.0193, -0.2592], [-0.0665, 0.0008], [-0.0004, 0.2125], [-0.0641, -0.8989], [-0.0033, 0.0452]]),
             linear([[-0.0167, -0.2608], [-0.0950, 0.0092], [-0.0079, 0.2102], [-0.0441, -1.6537], [-0.0109, 0.0529]]),
         ];
-        Self { towards_sun, zenith_angle, coefficients, zenith: zenith(zenith_angle, turbidity) }
+        let at_zenith = [0, 1, 2].map(|i| perez(&coefficients[i], 1.0, zenith_angle));
+        Self { towards_sun, zenith_angle, coefficients, zenith: zenith(zenith_angle, turbidity), at_zenith }
     }
 
     /// Y, x and y of a direction above the horizon.
@@ -164,7 +171,7 @@ impl Model {
         let from_sun = direction.dot(self.towards_sun).clamp(-1.0, 1.0).acos();
         [0, 1, 2].map(|i| {
             let here = perez(&self.coefficients[i], direction.y.max(1e-3), from_sun);
-            self.zenith[i] * here / perez(&self.coefficients[i], 1.0, self.zenith_angle)
+            self.zenith[i] * here / self.at_zenith[i]
         })
     }
 
@@ -273,11 +280,29 @@ mod tests {
         let sky = Environment::sky_with_sun(DEFAULT_DIRECTION_TO_SUN);
         assert!(near(luminance(sky.suns[0].irradiance.to_array()), f64::from(DEFAULT_SUN_IRRADIANCE), 1e-4));
         // The scene's own sun has the same dome at the same irradiance, and a dome half as bright at half of it.
-        let own = Environment::sky_for_sun(DEFAULT_DIRECTION_TO_SUN, sky.suns[0].irradiance);
+        let own = Environment::sky_for_sun(DEFAULT_DIRECTION_TO_SUN, sky.suns[0].irradiance, false);
         assert!(own.suns.is_empty());
-        let half = Environment::sky_for_sun(DEFAULT_DIRECTION_TO_SUN, 0.5 * sky.suns[0].irradiance);
+        let half = Environment::sky_for_sun(DEFAULT_DIRECTION_TO_SUN, 0.5 * sky.suns[0].irradiance, false);
         let mean = |environment: &Environment| environment.radiance.iter().map(|texel| luminance(*texel)).sum::<f64>();
         assert!(near(mean(&own), mean(&sky), 1e-3) && near(mean(&half), 0.5 * mean(&sky), 1e-3));
+    }
+
+    /// The smaller image has the light of the other: in all, within the angle of a texel at the horizon, and in directions off it.
+    #[test]
+    fn a_sky_in_motion_is_the_same_sky() {
+        for height in [-10.0, 3.0, 40.0] {
+            let sky = |moves: bool| Environment::sky_for_sun(at_height(height), Vec3::splat(3.0), moves);
+            let [still, moving] = [false, true].map(sky);
+            let [whole, found] = [&still, &moving].map(|sky| sky.scalar_irradiance().to_array());
+            for (found, whole) in found.iter().zip(whole) {
+                assert!(near(f64::from(*found), f64::from(whole), 5e-3), "{height} degrees: {found}, not {whole}");
+            }
+            for direction in [at_height(80.0), at_height(height.max(0.0) + 20.0), Vec3::new(-0.6, 0.5, 0.6).normalize()]
+            {
+                let [still, moving] = [&still, &moving].map(|sky| luminance(sky.radiance(direction).to_array()));
+                assert!(near(moving, still, 1e-2), "{height} degrees, {direction}: {moving}, not {still}");
+            }
+        }
     }
 
     #[test]
@@ -296,7 +321,8 @@ mod tests {
     #[test]
     fn every_sun_has_a_finite_sky() {
         for towards in [Vec3::Y, Vec3::NEG_Y, Vec3::X, at_height(-30.0), at_height(0.5), Vec3::ZERO] {
-            for sky in [Environment::sky_with_sun(towards), Environment::sky_for_sun(towards, Vec3::splat(3.0))] {
+            let for_sun = [false, true].map(|moves| Environment::sky_for_sun(towards, Vec3::splat(3.0), moves));
+            for sky in for_sun.into_iter().chain([Environment::sky_with_sun(towards)]) {
                 assert!(sky.radiance.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{towards}");
                 assert!(
                     sky.scalar_irradiance().is_finite() && sky.scalar_irradiance().min_element() > 0.0,

@@ -1,6 +1,7 @@
 //! What the GPU needs of an environment, as plain data. The upload itself is in `gpu::SceneSet`.
 
 use half::f16;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::{Environment, SamplingTable};
 use crate::color::luminance_f64 as luminance;
@@ -30,21 +31,28 @@ impl PreparedEnvironment {
     #[must_use]
     pub fn new(environment: Option<&Environment>) -> Self {
         let lit = environment.filter(|found| found.radiance.iter().flatten().any(|value| *value > 0.0));
-        let Some(environment) = lit else {
-            return Self {
-                size_px: [1; 2],
-                texels: vec![[0; 4]],
-                scale: 0.0,
-                scalar_irradiance: 0.0,
-                cells: [0; 2],
-                table: vec![0.0],
-            };
-        };
+        lit.map_or_else(Self::nothing, Self::whole)
+    }
+
+    fn nothing() -> Self {
+        Self {
+            size_px: [1; 2],
+            texels: vec![[0; 4]],
+            scale: 0.0,
+            scalar_irradiance: 0.0,
+            cells: [0; 2],
+            table: vec![0.0],
+        }
+    }
+
+    /// Prepares one that is replaced while frames run: all of it, even where it is black.
+    #[must_use]
+    pub fn whole(environment: &Environment) -> Self {
         let largest = environment.radiance.iter().flatten().fold(0.0_f32, |largest, value| largest.max(*value));
         // Small numbers keep their digits too, so that only the largest decides.
         let scale = (largest / LARGEST_STORED).log2().ceil().clamp(-100.0, 126.0).exp2();
         let stored = |value: f32| f16::from_f32(value / scale).to_bits();
-        let texels = environment.radiance.iter().map(|[r, g, b]| [stored(*r), stored(*g), stored(*b), 0]).collect();
+        let texels = environment.radiance.par_iter().map(|[r, g, b]| [stored(*r), stored(*g), stored(*b), 0]).collect();
         let SamplingTable { size: cells, sums: table } = SamplingTable::new(environment);
         let scalar_irradiance = luminance(environment.image_irradiance().to_array());
         Self { size_px: environment.size, texels, scale, scalar_irradiance, cells, table }
@@ -71,6 +79,14 @@ mod tests {
                 assert!((found - value).abs() <= off * value, "{found} for {value}");
             }
         }
+    }
+
+    #[test]
+    fn a_black_sky_has_the_cells_of_a_bright_one() {
+        let [black, bright] = [0.0, 1.0].map(|value| PreparedEnvironment::whole(&image(vec![[value; 3]; 8])));
+        assert_eq!((black.cells, black.size_px, black.table.len()), (bright.cells, bright.size_px, bright.table.len()));
+        assert!(black.texels.iter().all(|texel| *texel == [0; 4]) && black.scalar_irradiance == 0.0);
+        assert!(black.scale > 0.0 && black.table.iter().all(|sum| sum.is_finite()));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::descriptors::Bound;
 use super::device::Device;
 use super::image::Image;
 use super::physical::Physical;
-use super::transfer::{Subresource, storage_buffer, upload_image};
+use super::transfer::{Subresource, storage_buffer, upload_buffer, upload_image};
 use crate::environment::upload::PreparedEnvironment;
 use crate::error::{Error, Result};
 use crate::graph::ImageInfo;
@@ -44,6 +44,25 @@ impl EnvironmentParts {
         let table = bytemuck::cast_slice(&environment.table);
         let table = storage_buffer(gpu, "environment table", table, vk::BufferUsageFlags::STORAGE_BUFFER)?;
         Ok(Self { image, info, table })
+    }
+
+    /// Replaces the contents between frames by those of an environment of the same size; waits.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when it has another size; when the device is lost.
+    pub fn replace(&self, gpu: &Arc<Device>, environment: &PreparedEnvironment) -> Result<()> {
+        let [width_px, height_px] = environment.size_px;
+        let table: &[u8] = bytemuck::cast_slice(&environment.table);
+        if [self.info.width_px, self.info.height_px] != environment.size_px
+            || table.len() as u64 > self.table.size_bytes
+        {
+            return Err(Error::Failure(format!(
+                "another environment, {width_px}x{height_px}, does not fit the one before"
+            )));
+        }
+        let texels = bytemuck::cast_slice(&environment.texels);
+        upload_image(gpu, &self.image, &[Subresource { mip: 0, layer: 0, width_px, height_px, texels }])?;
+        upload_buffer(gpu, &self.table, table)
     }
 
     /// Bindings of the scene's set.

@@ -281,6 +281,14 @@ impl SceneSet {
         upload_buffer(gpu, buffer, bytes)
     }
 
+    /// Replaces the environment between frames by one of the same size; waits.
+    ///
+    /// # Errors
+    /// [`Error::Failure`] when it has another size; when the device is lost.
+    pub fn replace_environment(&self, gpu: &Arc<Device>, environment: &PreparedEnvironment) -> Result<()> {
+        self.environment.replace(gpu, environment)
+    }
+
     /// Keeps the vertices as those of the frame before, where they move; waits. Call it before they are replaced.
     ///
     /// # Errors

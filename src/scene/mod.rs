@@ -213,6 +213,19 @@ impl Light {
     }
 }
 
+/// The sun that a sky is made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkySun {
+    /// Towards it, before the sky is turned.
+    pub towards: Vec3,
+    /// Irradiance on a surface that faces it.
+    pub irradiance: Vec3,
+    /// The scene's own sun, by its number among the lights; `None` where the sky has brought its sun.
+    pub own: Option<usize>,
+    /// An animation moves or changes it, and the sky follows.
+    pub moves: bool,
+}
+
 /// Where the light of a scene's file comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LitBy {
@@ -295,8 +308,8 @@ pub struct Scene {
     pub lit_by: LitBy,
     /// Light from all around, neither turned nor scaled yet.
     pub environment: Option<Arc<Environment>>,
-    /// Towards the sun that the environment is a sky for, before it is turned.
-    pub sky_sun: Option<Vec3>,
+    /// The sun that the environment is a sky for.
+    pub sky_sun: Option<SkySun>,
     /// What of it moves.
     pub motion: Motion,
     /// Bounds of all vertices used by triangles, at all moments of the animations that play.

@@ -81,10 +81,20 @@ pub fn prepare(scene: &Scene, max_array_layers: u32) -> PreparedScene {
         emitters,
         first_point_light,
         light_flux,
-        environment: PreparedEnvironment::new(scene.environment.as_deref()),
+        environment: environment(scene),
         albedo,
         textures,
         material_textures: scene.materials.iter().map(material_textures).collect(),
+    }
+}
+
+/// Light from all around, all of it where it follows a sun.
+#[must_use]
+pub fn environment(scene: &Scene) -> PreparedEnvironment {
+    let environment = scene.environment.as_deref();
+    match environment.filter(|_| scene.sky_sun.is_some_and(|sun| sun.moves)) {
+        Some(sky) => PreparedEnvironment::whole(sky),
+        None => PreparedEnvironment::new(environment),
     }
 }
 

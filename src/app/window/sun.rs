@@ -106,11 +106,12 @@ impl Suns {
         self.changes += 1;
     }
 
-    /// Whether the sun stands elsewhere than the sky has it that the scene is under.
+    /// Whether the sun stands elsewhere than the sky has it that the scene is under, and the sky does not follow it by itself.
     pub fn have_left_their_sky(&self, scene: &Scene, turn_deg: f32) -> bool {
-        let (Some(sky_sun), Some(steered)) = (scene.sky_sun, &self.steered) else { return false };
+        let stays = scene.sky_sun.filter(|sun| !sun.moves);
+        let (Some(sky_sun), Some(steered)) = (stays, &self.steered) else { return false };
         let towards = -Vec3::from_array(self.lights[steered.index].direction_ws);
-        towards.angle_between(environment::turned(sky_sun, turn_deg)).to_degrees() > SKY_STEP_DEG
+        towards.angle_between(environment::turned(sky_sun.towards, turn_deg)).to_degrees() > SKY_STEP_DEG
     }
 
     /// Takes over lights of the scene that its animation has moved. A sun that was turned stays where it is, and so do those
@@ -162,6 +163,7 @@ mod tests {
 
     use super::*;
     use crate::environment::{Environment, EnvironmentSun};
+    use crate::scene::SkySun;
     use crate::scene::testing::{diffuse, scene_from_quads};
 
     const QUAD: [Vec3; 4] = [Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::X];
@@ -180,7 +182,8 @@ mod tests {
     fn in_environment(is_sky: bool) -> Scene {
         let sun = EnvironmentSun { direction_to_sun: Vec3::X, irradiance: Vec3::ONE };
         let environment = Environment { suns: vec![sun], ..Environment::uniform([1.0; 3]) };
-        Scene { environment: Some(Arc::new(environment)), sky_sun: is_sky.then_some(Vec3::X), ..scene() }
+        let sky_sun = SkySun { towards: Vec3::X, irradiance: Vec3::ONE, own: None, moves: false };
+        Scene { environment: Some(Arc::new(environment)), sky_sun: is_sky.then_some(sky_sun), ..scene() }
     }
 
     fn near(found: [f32; 3], expected: [f32; 3]) -> bool {
@@ -233,6 +236,9 @@ mod tests {
         assert!(!suns.have_left_their_sky(&sky, turned.turn_deg));
         suns.turn_deg(0.5, 0.0);
         assert!(suns.have_left_their_sky(&sky, turned.turn_deg));
+        let follows = SkySun { own: Some(0), moves: true, ..sky.sky_sun.unwrap() };
+        let follows = Scene { sky_sun: Some(follows), ..in_environment(true) };
+        assert!(!suns.have_left_their_sky(&follows, turned.turn_deg), "this one follows");
         // What was placed stays when the sky turns.
         let place = suns.setting().unwrap();
         suns.follow(&sky, &EnvironmentSettings::default());

@@ -13,12 +13,11 @@ use serde_json::{Value, json};
 
 pub use crate::dump::array;
 use crate::dump::{Array, Contents, Derived, DumpContext, Scalar, all_words};
-use crate::environment::upload::PreparedEnvironment;
 use crate::gpu::{Gpu, Work, Written};
 use crate::graph::{ImageDepth, ImageInfo, PREVIOUS, Resource, ResourceInfo};
 use crate::renderer::{Renderer, UploadedScene};
 use crate::report::timings::{Device, Program, SceneInfo};
-use crate::scene::Scene;
+use crate::scene::{Scene, upload};
 use crate::settings::Settings;
 use crate::shared::FrameData;
 use crate::techniques::{Shapes, Technique};
@@ -111,7 +110,7 @@ fn write_scene(folder: &mut DumpFolder, sources: &Sources<'_>) -> Result<()> {
     ] {
         add_input(folder, about, &array, size)?;
     }
-    let environment = PreparedEnvironment::new(sources.scene.environment.as_deref());
+    let environment = upload::environment(sources.scene);
     if environment.cells[0] > 0 {
         let [map, table] = [contents::environment_map(&environment), contents::environment_table(&environment)];
         add_input(folder, others::ENVIRONMENT_MAP, &map, size_of_val(environment.texels.as_slice()))?;

@@ -114,7 +114,7 @@ impl Motion {
     }
 
     /// For each light of a scene, the same while it emits most. Those beyond the file's own shine evenly.
-    pub(in crate::scene) fn brightest_of<'a>(&'a self, lights: &'a [Light]) -> impl Iterator<Item = &'a Light> {
+    pub(crate) fn brightest_of<'a>(&'a self, lights: &'a [Light]) -> impl Iterator<Item = &'a Light> {
         lights.iter().enumerate().map(|(index, light)| self.brightest.get(index).unwrap_or(light))
     }
 }

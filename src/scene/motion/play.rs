@@ -105,6 +105,13 @@ impl Motion {
         }
     }
 
+    /// Whether a light of the scene moves or changes while the chosen clips play.
+    #[must_use]
+    pub fn moves_light(&self, index: usize) -> bool {
+        let moved = self.moved_by(self.playing_clips());
+        self.lights.get(index).is_some_and(|light| moved[light.node] || self.changing_lamps().contains(&light.index))
+    }
+
     fn moving_bodies(&self) -> Vec<&super::Body> {
         let moved = self.moved_by(self.playing_clips());
         self.bodies.iter().filter(|body| self.body_moves(body, &moved)).collect()

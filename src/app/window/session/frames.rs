@@ -185,7 +185,7 @@ impl Session {
         let wanted =
             Wanted { settings: &settings, held: held.as_ref(), camera: &camera, inspects: self.inspector.is_on() };
         let Some(stage) = &mut self.stage else { return Ok(false) };
-        if stage.pose(self.moment_s)? {
+        if stage.pose(self.moment_s, self.suns.setting(), &self.settings.environment)? {
             self.suns.carry(stage.scene(), stage.uploaded().other_lights());
         }
         let start = Instant::now();

@@ -12,11 +12,12 @@ use super::loader::Loaded;
 use super::measuring::{Measured, Measuring};
 use super::quality::Quality;
 use crate::Result;
+use crate::app::lighting;
 use crate::gpu::{FrameResult, Gpu, PacedFrame};
 use crate::passes::present::WindowFormat;
 use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, Show, UploadedScene};
 use crate::scene::{Camera, Scene};
-use crate::settings::Settings;
+use crate::settings::{EnvironmentSettings, Settings, SunPlace};
 use crate::shared::PunctualLight;
 
 /// What a frame must have been compiled for.
@@ -29,6 +30,17 @@ pub struct Wanted<'a> {
     pub camera: &'a Camera,
     /// Whether a pixel is inspected.
     pub inspects: bool,
+}
+
+/// What says how a scene that moves is posed.
+#[derive(Clone, Copy, PartialEq)]
+struct Posed {
+    /// Of its animation.
+    moment_s: f64,
+    /// Where its sun is held.
+    held: Option<SunPlace>,
+    /// How far its sky is turned.
+    turn_deg: f32,
 }
 
 /// One frame to be rendered.
@@ -119,8 +131,8 @@ pub struct Stage {
     uploaded: UploadedScene,
     /// Shared with a measurement under way only.
     scene: Arc<Scene>,
-    /// The moment of its animation, in seconds; no number before the first.
-    moment_s: f64,
+    /// As what it was last put on the device; `None` before the first time.
+    posed: Option<Posed>,
     window: WindowFormat,
     gpu: Arc<Gpu>,
 }
@@ -148,7 +160,7 @@ impl Stage {
             measured: Vec::new(),
             uploaded,
             scene: Arc::new(loaded.scene),
-            moment_s: f64::NAN,
+            posed: None,
             window,
             gpu: Arc::clone(gpu),
         };
@@ -180,19 +192,21 @@ impl Stage {
         self.moves().then(|| self.scene.motion.duration_s()).filter(|duration_s| *duration_s > 0.0)
     }
 
-    /// Puts the scene where it is at a moment; no frame is under way. Waits for the device, where anything has moved. Whether
-    /// lights have.
+    /// Puts the scene where it is at a moment, under the sky of its sun then, or of one that is `held` in a place; no frame is
+    /// under way. Waits for the device, where anything has moved. Whether lights have.
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn pose(&mut self, moment_s: f64) -> Result<bool> {
+    pub fn pose(&mut self, moment_s: f64, held: Option<SunPlace>, around: &EnvironmentSettings) -> Result<bool> {
+        let posed = Posed { moment_s, held, turn_deg: around.turn_deg };
         // What is being measured is the scene as it was.
-        if !self.moves() || moment_s == self.moment_s || self.measuring.is_some() {
+        if !self.moves() || self.posed == Some(posed) || self.measuring.is_some() {
             return Ok(false);
         }
         let Some(scene) = Arc::get_mut(&mut self.scene) else { return Ok(false) };
-        self.moment_s = moment_s;
+        self.posed = Some(posed);
         scene.pose(moment_s);
+        lighting::follow(scene, held, around);
         self.uploaded.follow(&self.gpu, scene)?;
         let sides = self.all_sets_mut().flat_map(|set| set.held.iter_mut().chain([&mut set.main]));
         sides.for_each(|side| side.renderer.expect_another_scene());

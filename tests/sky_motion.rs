@@ -173,7 +173,7 @@ fn what_is_replaced_on_the_device_is_as_uploaded() {
     }
 }
 
-/// A window that is paused shows the sky of the moment, and that of a later one once it goes there.
+/// A window that is paused shows the sky of the moment, that of a later one once it goes there, and that of a sun which is placed.
 #[cfg(feature = "window")]
 #[test]
 fn a_window_has_the_sky_of_the_moment() {
@@ -184,7 +184,7 @@ fn a_window_has_the_sky_of_the_moment() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene(folder.path());
     let script = folder.path().join("s.txt");
-    std::fs::write(&script, "at 1 pause\nat 2 time 1\nat 4 render one\nat 6 time 3\nat 8 render three\nat 10 quit\n")
+    std::fs::write(&script, "at 1 pause\nat 2 time 1\nat 4 render one\nat 6 time 3\nat 8 render three\nat 10 set sun 120,30\nat 12 render placed\nat 14 quit\n")
         .unwrap();
     let technique = "--environment sky --technique direct --environment-samples 0";
     let options = format!("--validation --size 64x36 --render-scale 1 --accumulate 1 {technique}");
@@ -193,8 +193,8 @@ fn a_window_has_the_sky_of_the_moment() {
     command.arg("--script").arg(&script).arg(&scene);
     let run = support::run(command);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
-    for (name, time) in [("one", 1), ("three", 3)] {
-        render(folder.path(), &scene, &format!("{technique} --time {time}"), "expected.exr");
+    for (name, there) in [("one", "--time 1"), ("three", "--time 3"), ("placed", "--time 3 --sun 120,30")] {
+        render(folder.path(), &scene, &format!("{technique} {there}"), "expected.exr");
         let [found, expected] = [&format!("{name}.exr"), "expected.exr"].map(|name| bits(&pixels(folder.path(), name)));
         assert_eq!(found, expected, "{name}");
     }

@@ -49,9 +49,9 @@ pub enum VplSeeds {
 pub enum Temporal {
     /// Nothing.
     Off,
-    /// Shadow estimates per unit of the unshadowed lighting, as in the paper.
+    /// Shadow estimates per unit of the unshadowed lighting, as in the paper; light of the environment and of surfaces that shine.
     Shadows,
-    /// Shadow estimates and unshadowed lighting.
+    /// The same, and unshadowed lighting.
     Indirect,
 }
 

@@ -140,3 +140,47 @@ fn faint_light_is_filtered_like_bright_light() {
         assert!(off <= 1e-4 * bright, "value {index}: {} of {bright}", dark / faint);
     }
 }
+
+/// A size of whole tiles.
+const TILED: Size = Size { width: 64, height: 40 };
+
+/// How far the picture is from one that has always been under the environment of now, as a share of it, four frames after that has
+/// become twice as bright, or in the same frame where it has not; and the share of tiles that give something up.
+fn lag(antilag: Antilag, changes: bool) -> [f64; 2] {
+    let test = gpu();
+    let label = AREA_LIGHTS[0].label;
+    let run = |antilag: Antilag, scale_before: f32| {
+        let settings = area_settings(TILED, Temporal::Shadows).changed(|s| {
+            (s.render.view, s.lgh.antilag) = (View::Direct, antilag);
+            (s.environment.samples, s.environment.scale) = (4, scale_before);
+        });
+        let mut run = Run::new(&test.gpu, &lit_scene(), &settings);
+        let mut given_up = 0.0;
+        for frame in 0..28 {
+            if frame == 24 {
+                run.settings.environment.scale = 2.0;
+            }
+            run.next();
+            let (pass, image) = (format!("temporal/{label}compare_tiles"), format!("{label}given_up"));
+            let tiles: Vec<[f32; 4]> = run.last().written.get(&pass, &image).unwrap_or_default();
+            if frame >= 8 && !tiles.is_empty() {
+                given_up += tiles.iter().filter(|tile| tile[0] > 0.0).count() as f64 / tiles.len() as f64 / 20.0;
+            }
+        }
+        (run.radiance(), given_up)
+    };
+    let (truth, _) = run(Antilag::Off, 2.0);
+    let (found, given_up) = run(antilag, if changes { 1.0 } else { 2.0 });
+    let apart: f32 = found.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
+    [f64::from(apart / truth.iter().sum::<f32>()), given_up]
+}
+
+#[test]
+fn an_environment_that_has_changed_is_noticed_and_noise_is_not() {
+    let [[without, _], [with, _], [_, alarms]] =
+        [(Antilag::Off, true), (Antilag::Tiles, true), (Antilag::Tiles, false)]
+            .map(|(tiles, changes)| lag(tiles, changes));
+    eprintln!("lag {without} without and {with} with tiles, {alarms} of tiles at rest");
+    assert!(with <= 0.5 * without && without > 0.1, "{with} with tiles, {without} without");
+    assert!(alarms <= 0.02, "{alarms} of the tiles give up light at rest");
+}

@@ -92,7 +92,7 @@ settings_group! {
         #[arg(long, value_enum, hide_possible_values = true, value_name = "atrous|none", help_heading = "Shadows")]
         pub filter: ShadowFilter = ShadowFilter::Atrous,
         /// Means over the frames before: of nothing, of the shadow estimates as in the paper, or of all indirect light, which is calmer
-        /// and lags behind changes of light [default: off]
+        /// and lags behind changes of light; of light of the environment and of surfaces that shine with either [default: off]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "off|shadows|indirect", help_heading = "Shadows")]
         pub temporal: Option<Temporal> = None,
         /// Least weight of the newest frame in these means: 0.05 is a mean of 20 frames or more, and the paper has 0.2. Smaller is calmer

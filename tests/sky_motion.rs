@@ -13,17 +13,23 @@ use gridlight::renderer::{Fresh, Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{diffuse, scene_from_quads};
 use gridlight::scene::{Light, Scene, SkySun};
 use gridlight::settings::{Settings, Size, Technique};
-use serde_json::json;
+use serde_json::{Value, json};
 use support::animated::{pixels, render};
 #[cfg(feature = "window")]
 use support::xvfb::Xvfb;
 use support::{floats, quad_glb};
 
-/// A floor with an upright screen on it, half of the picture sky, under a sun that rises from 15 to 75 degrees in four seconds.
-fn scene(folder: &Path) -> PathBuf {
-    let rotation =
-        |height_deg: f64| [-(0.5 * height_deg.to_radians()).sin(), 0.0, 0.0, (0.5 * height_deg.to_radians()).cos()];
+/// The rotation of a light that shines from this height.
+fn from_height(height_deg: f64) -> [f64; 4] {
+    let half = 0.5 * height_deg.to_radians();
+    [-half.sin(), 0.0, 0.0, half.cos()]
+}
+
+/// A floor with an upright screen on it, half of the picture sky, under a sun 15 degrees high that an animation changes: a channel
+/// to which key times in seconds and values of a kind lead.
+fn scene_with(folder: &Path, target: &Value, times_s: &[f32], (kind, values): (&str, &[f32])) -> PathBuf {
     let glb = quad_glb(|document, bin| {
+        document["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_animation_pointer"]);
         document["extensions"] =
             json!({"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 4.0}]}});
         document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
@@ -31,21 +37,32 @@ fn scene(folder: &Path) -> PathBuf {
         document["nodes"] = json!([
             {"mesh": 0, "scale": [4.0, 4.0, 4.0]},
             {"mesh": 0, "scale": [0.5, 0.5, 0.5], "rotation": upright, "translation": [0.0, 0.5, 0.0]},
-            {"extensions": {"KHR_lights_punctual": {"light": 0}}, "rotation": rotation(15.0)},
+            {"extensions": {"KHR_lights_punctual": {"light": 0}}, "rotation": from_height(15.0)},
             {"camera": 0, "translation": [0.0, 0.8, 4.0]}
         ]);
         document["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
-        let keys: Vec<f32> =
-            [15.0, 75.0].iter().flat_map(|height| rotation(*height)).map(|value| value as f32).collect();
-        let (input, output) = (floats(document, bin, "SCALAR", &[0.0, 4.0]), floats(document, bin, "VEC4", &keys));
+        let (input, output) = (floats(document, bin, "SCALAR", times_s), floats(document, bin, kind, values));
         document["animations"] = json!([{
-            "name": "rise", "samplers": [{"input": input, "output": output}],
-            "channels": [{"sampler": 0, "target": {"node": 2, "path": "rotation"}}]
+            "samplers": [{"input": input, "output": output}], "channels": [{"sampler": 0, "target": target}]
         }]);
     });
     let path = folder.join("scene.glb");
     std::fs::write(&path, glb).unwrap();
     path
+}
+
+/// Its sun rises from 15 to 75 degrees in four seconds.
+fn scene(folder: &Path) -> PathBuf {
+    let keys = [15.0, 75.0].into_iter().flat_map(from_height).map(|value| value as f32);
+    let keys: Vec<f32> = keys.collect();
+    scene_with(folder, &json!({"node": 2, "path": "rotation"}), &[0.0, 4.0], ("VEC4", &keys))
+}
+
+/// Its sun is dark at first, and four times as bright after two seconds as after one.
+fn switched(folder: &Path) -> PathBuf {
+    let pointer = json!({"pointer": "/extensions/KHR_lights_punctual/lights/0/intensity"});
+    let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
+    scene_with(folder, &target, &[0.0, 1.0, 2.0, 3.0], ("SCALAR", &[0.0, 1.0, 4.0, 4.0]))
 }
 
 fn bits(values: &[f32]) -> Vec<u32> {
@@ -68,6 +85,29 @@ fn frames_have_the_sky_of_a_run_that_starts_with_them() {
             assert_eq!(found, expected, "frame {frame} {turn}");
             assert_ne!(found, first, "the sky stays as it is");
         }
+    }
+}
+
+/// A sky without light has what one with light needs.
+#[test]
+fn a_sun_that_is_switched_on_lights_its_sky() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = switched(folder.path());
+    let no_lag = "--temporal shadows --antilag tiles --temporal-weight 1";
+    for options in ["--technique direct --environment-samples 0", no_lag] {
+        let options = format!("--environment sky {options}");
+        render(folder.path(), &scene, &format!("{options} --frames 3 --fps 1 --warmup 0"), "a-{frame}.exr");
+        let [dark, dim, bright] = [0, 1, 2].map(|frame| pixels(folder.path(), &format!("a-000{frame}.exr")));
+        assert!(dark.iter().all(|value| *value == 0.0), "{options}");
+        for (index, (dim, bright)) in background(&dim).iter().zip(background(&bright)).enumerate() {
+            // Half floats, of the same digits where the scale is a power of two.
+            assert!(*dim > 0.0 && (bright / dim - 4.0).abs() <= 1e-3, "{options}, value {index}: {dim}, then {bright}");
+        }
+        render(folder.path(), &scene, &format!("{options} --time 2"), "b.exr");
+        let there = pixels(folder.path(), "b.exr");
+        assert_eq!(bits(background(&bright)), bits(background(&there)), "{options}");
+        let [found, expected] = [&bright, &there].map(|picture| picture.iter().sum::<f32>());
+        assert!((found / expected - 1.0).abs() <= 0.03, "{options}: {found}, not {expected}");
     }
 }
 

@@ -28,6 +28,12 @@ pub fn r2_sequence(index: u32, seed: u32) -> [f32; 2] {
     [unit_float(x), unit_float(y)]
 }
 
+/// Point n of the R2 sequence about the first one, -0.5 to 0.5: point 0 is 0, and points n and -n lie opposite each other.
+#[must_use]
+pub fn centered_r2(n: i32) -> [f32; 2] {
+    [3_242_174_889_u32, 2_447_445_414].map(|step| step.wrapping_mul(n as u32) as i32 as f32 / 4_294_967_296.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,6 +54,16 @@ mod tests {
         assert!(unit_float(0) > 0.0);
         let mean: f64 = (0..100_000).map(|i| f64::from(unit_float(hash(i)))).sum::<f64>() / 1e5;
         assert!((mean - 0.5).abs() < 0.003, "{mean}");
+    }
+
+    #[test]
+    fn centered_points_lie_opposite_each_other() {
+        assert_eq!(centered_r2(0), [0.0; 2]);
+        let [x, y] = centered_r2(1);
+        assert!((x + 0.245_122).abs() < 1e-6 && (y + 0.430_16).abs() < 1e-6, "{x}, {y}");
+        for n in 1..100 {
+            assert_eq!(centered_r2(n), centered_r2(-n).map(|edge| -edge), "{n}");
+        }
     }
 
     #[test]

@@ -120,23 +120,29 @@ fn interleaved_frames_are_dumped() {
 fn frames_with_history_are_dumped() {
     check_dump("--temporal shadows --antilag tiles --frames 2 --vpl-seeds fresh");
     check_dump("--temporal indirect --interleave 2 --frames 2");
+    check_dump("--taa on --temporal shadows --frames 2");
     check_dump("--grid-update check --vpl-seeds rolling --frames 2");
 }
 
 #[test]
 fn a_history_that_differs_is_found_before_all_passes() {
     let folder = tempfile::tempdir().unwrap();
-    let [a, b] = ["a", "b"].map(|name| dump(folder.path(), name, "--temporal shadows --frames 2"));
+    let options = "--temporal shadows --taa on --frames 2";
+    let [a, b] = ["a", "b"].map(|name| dump(folder.path(), name, options));
     assert_eq!(diff(&a, &b, &[]).code, Some(0));
-    let path = b.join("history/previous_temporal_shadowed.exr");
-    let mut picture = Picture::read(&path).unwrap();
-    let texel: &mut [u8; 4] = picture.channels[0].1.first_chunk_mut().unwrap();
-    *texel = (f32::from_le_bytes(*texel) + 0.25).to_le_bytes();
-    picture.write(&path).unwrap();
-    let found = diff(&a, &b, &[]);
-    complains(&found, 3, &["first in the history"]);
-    let last = found.stdout.lines().last().unwrap();
-    assert!(last.starts_with("the frames start from another history: 1 of "), "{last}");
+    for image in ["previous_temporal_shadowed", "previous_antialiased"] {
+        let path = b.join(format!("history/{image}.exr"));
+        let whole = std::fs::read(&path).unwrap();
+        let mut picture = Picture::read(&path).unwrap();
+        let texel: &mut [u8; 4] = picture.channels[0].1.first_chunk_mut().unwrap();
+        *texel = (f32::from_le_bytes(*texel) + 0.25).to_le_bytes();
+        picture.write(&path).unwrap();
+        let found = diff(&a, &b, &[]);
+        complains(&found, 3, &["first in the history"]);
+        let last = found.stdout.lines().last().unwrap();
+        assert!(last.starts_with("the frames start from another history: 1 of ") && last.contains(image), "{last}");
+        std::fs::write(&path, whole).unwrap();
+    }
     // A first frame has none.
     let first = dump(folder.path(), "first", "--temporal shadows --frames 1 --warmup 0");
     assert!(!first.join("history").exists());

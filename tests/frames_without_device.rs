@@ -117,8 +117,8 @@ fn every_frame_fits_its_shaders() {
             following().iter().for_each(|(motion, shape)| {
                 let reusing = |light: Option<AreaLightShape>| light.map(|l| AreaLightShape { reuse: shape.reuse, ..l });
                 let (environment, emitters) = (reusing(environment), reusing(emitters));
-                let surface_motion = Some(*motion);
-                check(&FrameShape { surface_motion, environment, emitters, ..frame.clone() }, shape);
+                let (surface_motion, taa) = (Some(*motion), !inspect);
+                check(&FrameShape { surface_motion, taa, environment, emitters, ..frame.clone() }, shape);
             });
             references.iter().for_each(|shape| check(&frame, shape));
             check(&frame, &PathTraceShape { samples: 4 });
@@ -147,7 +147,7 @@ fn names_of_passes() -> BTreeSet<String> {
     let frame = FrameShape { inspect: true, accumulate: true, ..lit };
     let view = FrameShape { view: View::Normal, ..frame_shape() };
     let mut graphs: Vec<_> = hierarchies().iter().map(|shape| build(&frame, shape)).collect();
-    let moving = FrameShape { surface_motion: Some(SurfaceMotion::Camera), ..frame.clone() };
+    let moving = FrameShape { surface_motion: Some(SurfaceMotion::Camera), taa: true, ..frame.clone() };
     graphs.extend(following().iter().map(|(_, shape)| build(&moving, shape)));
     graphs.push(build(&frame, &BruteForceShape(hierarchy(LevelBuild::Cascade, 1, 1).lights)));
     graphs.push(build(&frame, &PathTraceShape { samples: 4 }));

@@ -42,7 +42,7 @@ impl TechniqueShape for RememberingShape {
     }
 }
 
-/// Frames of a mean, each sampled elsewhere, so that its matrix is another; without a technique those of direct light.
+/// Frames of a mean, each sampled elsewhere; without a technique those of direct light.
 fn renderer(test: &common::GpuTest, technique: Option<&dyn Technique>) -> Renderer {
     let scene = furnished_room();
     let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
@@ -59,7 +59,7 @@ fn renderer(test: &common::GpuTest, technique: Option<&dyn Technique>) -> Render
 fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
     let test = common::gpu();
     let mut renderer = renderer(&test, Some(&Remembering));
-    let mut matrices = Vec::new();
+    let mut places = Vec::new();
     for (number, valid) in [(0, false), (1, true), (2, true), (3, false)] {
         if number == 3 {
             renderer.cut();
@@ -68,12 +68,12 @@ fn a_frame_knows_the_camera_of_the_frame_before_unless_there_was_a_cut() {
         let ticket = renderer.submit().unwrap();
         renderer.wait(ticket).unwrap();
         let data = renderer.frame_data();
-        matrices.push(data.clip_from_world);
-        let before = if valid { matrices[number as usize - 1] } else { data.clip_from_world };
+        places.push([data.jitter_x_px, data.jitter_y_px]);
+        let before = places[if valid { number as usize - 1 } else { number as usize }];
         assert_eq!(data.history_is_valid, u32::from(valid), "frame {number}");
-        assert_eq!((data.previous_clip_from_world, data.previous_eye_ws), (before, data.eye_ws), "frame {number}");
+        assert_eq!((data.previous_jitter_px, data.previous_eye_ws), (before, data.eye_ws), "frame {number}");
     }
-    assert!(matrices.windows(2).all(|pair| pair[0] != pair[1]), "the frames differ in their matrices");
+    assert!(places.windows(2).all(|pair| pair[0] != pair[1]), "the frames differ in where they sample");
 }
 
 #[test]
@@ -85,6 +85,6 @@ fn a_frame_that_keeps_nothing_is_the_same_whatever_came_before() {
         let ticket = renderer.submit().unwrap();
         renderer.wait(ticket).unwrap();
         assert_eq!(renderer.frame_data().history_is_valid, 0);
-        assert_eq!(renderer.frame_data().previous_clip_from_world, first.clip_from_world);
+        assert_eq!(renderer.frame_data().previous_forward_ws, first.forward_ws);
     }
 }

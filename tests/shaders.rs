@@ -207,6 +207,7 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
     }
     modes.push(small().changed(|s| s.lgh.indirect_size = IndirectSize::Half));
     modes.push(small().changed(|s| s.lgh.grid_update = GridUpdate::Check));
+    modes.push(small().changed(|s| s.render.taa = Switch::On));
     for (build, filter, first_level) in
         [(LevelBuild::Gather, ShadowFilter::None, 0), (LevelBuild::Scatter, ShadowFilter::Atrous, 1)]
     {

@@ -78,6 +78,35 @@ fn resized_a_hundred_times() {
     assert!(swapchains > 60, "the window had {swapchains} sizes:\n{}", run.stderr);
 }
 
+/// What frames take over from those before, through other sizes, moments, cameras and techniques.
+#[test]
+fn antialiased_whatever_comes_between() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let script = "at 4 look 20 -5
+at 6 key w 2
+at 8 resize 100x60
+at 11 time 3
+at 13 time 0.5
+at 15 set technique direct
+at 17 set taa off
+at 18 resize 64x40
+at 19 set taa on
+at 21 set technique path-trace
+at 22 set view normal
+at 24 set view final
+at 26 camera 1
+at 28 pause
+at 30 quit
+";
+    let script = write(folder.path(), "s.txt", script);
+    let options =
+        "--size 96x54 --render-scale 1 --taa on --temporal shadows --animation object --vpls 500 --shadow-samples 1";
+    let run = run_script(&display, &script, options);
+    assert_clean(&run);
+    assert!(run.stderr.contains("path-trace is a reference, which frames before would only blur"), "{}", run.stderr);
+}
+
 /// Some drivers call every swapchain of a size suboptimal.
 #[test]
 fn a_swapchain_that_stays_suboptimal_is_made_anew_once_for_each_size() {

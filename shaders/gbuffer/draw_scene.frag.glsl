@@ -36,19 +36,13 @@ layout(location = 5) in vec3 previous_from_eye_ws;
 // before the camera.
 layout(location = 2) out vec4 out_motion;
 
-// Where an offset from the eye is seen, in pixels, and its distance along the viewing direction.
-vec3 seen_at(mat4 clip_from_world, vec3 offset_ws) {
-    // Precise, so that equal inputs give equal results wherever it is called.
-    precise vec4 clip = clip_from_world * vec4(offset_ws, 0.0);
-    precise vec2 at = (clip.xy / clip.w * 0.5 + 0.5) * vec2(image_size());
-    return vec3(at, clip.w);
-}
+#include "common/seen_at.glsl"
 
 vec4 motion() {
     // The difference of two projections rather than of one and the pixel: what interpolation is wrong by is in both, and
     // what stands still moves by exactly 0.
-    vec3 now = seen_at(frame.clip_from_world, from_eye_ws);
-    vec3 before = seen_at(frame.previous_clip_from_world, previous_from_eye_ws);
+    vec3 now = seen_now(from_eye_ws);
+    vec3 before = seen_before(previous_from_eye_ws);
     return before.z > frame.previous_near ? vec4(before.xy - now.xy, frame.previous_near / before.z, 0.0) : vec4(0.0);
 }
 #endif

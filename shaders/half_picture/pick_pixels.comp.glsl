@@ -24,6 +24,7 @@ void write_constants() {
     half_frame.size_px = half_size();
     half_frame.jitter_x_px = 0.5 * frame.jitter_x_px - 0.25;
     half_frame.jitter_y_px = 0.5 * frame.jitter_y_px - 0.25;
+    half_frame.previous_jitter_px = 0.5 * frame.previous_jitter_px - 0.25;
     half_frame.forward_ws = ray_through(shift);
     half_frame.right_ws = reach.x * frame.right_ws;
     half_frame.up_ws = reach.y * frame.up_ws;

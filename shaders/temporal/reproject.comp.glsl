@@ -56,7 +56,7 @@ bool shows(ivec2 p, Sought sought) {
     if (depth <= 0.0) {
         return false;
     }
-    vec3 offset = previous_position(vec2(p), depth) - sought.position_ws;
+    vec3 offset = previous_position(vec2(p) + frame.previous_jitter_px, depth) - sought.position_ws;
     vec3 normal = unpack_octahedral(texelFetch(previous_normals, p, 0).x);
     return dot(normal, sought.normal) >= LEAST_COSINE && abs(dot(offset, sought.plane_normal)) <= sought.reach;
 }
@@ -99,7 +99,9 @@ void main() {
     if (frame.history_is_valid != 0u && motion.z > 0.0 && is_near) {
         uvec2 normals = texelFetch(normals_image, pixel, 0).xy;
         float footprint = 2.0 * length(frame.previous_up_ws) / float(image_size().y) * frame.previous_near / motion.z;
-        Sought sought = Sought(previous_position(at, motion.z), unpack_octahedral(normals.y), unpack_octahedral(normals.x),
+        // Where frames sample their pixels tells where their surfaces are, but pixels keep their history: what is at rest stays.
+        vec3 position_ws = previous_position(at + pixel_jitter(), motion.z);
+        Sought sought = Sought(position_ws, unpack_octahedral(normals.y), unpack_octahedral(normals.x),
                                PLANE_FOOTPRINTS * footprint);
         found = gather(at, sought);
     }

@@ -71,7 +71,7 @@ fn no_options_are_the_defaults() {
 
 #[test]
 fn every_option_arrives() {
-    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --scene night --camera atrium --sun 10,-20.5 --time -2.5 --fps 12 --animation walk --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --point-bounces 2 --reuse on --direct off --lights both --vpls 7 --vpl-importance none --vpl-seeds fresh \
+    let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --scene night --camera atrium --sun 10,-20.5 --time -2.5 --fps 12 --animation walk --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --point-bounces 2 --reuse on --taa on --direct off --lights both --vpls 7 --vpl-importance none --vpl-seeds fresh \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
         --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --grid-update full --filter none --temporal off --temporal-weight 0.2 --antilag tiles --indirect-size full --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --back-faces cull --texture-filter trilinear --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --inspect 7,8 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
@@ -101,6 +101,7 @@ fn every_option_arrives() {
         s.pbgi.point_bounces = 2;
         s.pbgi.reuse = Switch::On;
         s.render.accumulate = 1;
+        s.render.taa = Switch::On;
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;
         s.many_lights.vpls = 7;
@@ -262,7 +263,7 @@ fn help_names_every_option() {
     let options = "--headless --frames --warmup --size --camera --sun --technique --vpls --vpl-importance --bounces --levels --alpha \
         --first-level --interleave --shadow-samples --shadow-from --shadow-points --shadow-estimate --lighting --reservoir --rays --build --scatter --filter --clamp --seed \
         --exposure --exposure-compensation --tone-map --output --timings --settings --gpu --list-gpus --validation --no-pipeline-cache --print-graph --verbose -v, --quiet \
-        --lights --samples --accumulate --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";
+        --lights --samples --accumulate --taa --direct --lobe --center --max-submit-ms --shadows --view --dump --renderdoc-frame --present-mode --render-scale --script --help --version [SCENE]";
     for option in options.split_whitespace() {
         assert!(help.contains(option), "{option} is missing in\n{help}");
     }

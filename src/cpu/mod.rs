@@ -33,4 +33,5 @@ pub mod resolve_moments;
 pub mod scatter_lights;
 pub mod splat_points;
 pub mod spread_down;
+pub mod taa;
 pub mod tone_map;

@@ -9,7 +9,7 @@ use crate::passes::direct_light::AreaLight;
 use crate::passes::gbuffer::GBuffer;
 use crate::passes::inspect::{self, InspectorInputs};
 use crate::passes::tone_map::{self, ToneMapped};
-use crate::passes::{Frame, accumulate, compose, direct_light, environment_light, gbuffer};
+use crate::passes::{Frame, accumulate, compose, direct_light, environment_light, gbuffer, taa};
 use crate::settings::View;
 use crate::techniques::{AddedView, Shapes, TechniqueOutputs};
 
@@ -56,7 +56,11 @@ fn add_picture(frame: &mut Frame, gbuffer: &GBuffer, shapes: &Shapes) -> FrameOu
     if frame.shape.accumulate {
         radiance = accumulate::add(frame, radiance);
     }
-    let tone_mapped = tone_map::add(frame, gbuffer, radiance);
+    let exposure = tone_map::measure_exposure(frame, "exposure", gbuffer, radiance);
+    if let Some(motion) = gbuffer.motion.filter(|_| frame.shape.taa) {
+        radiance = taa::add(frame, gbuffer, motion, radiance, exposure);
+    }
+    let tone_mapped = tone_map::map(frame, radiance, exposure);
     FrameOutputs { radiance, tone_mapped, ray_count: frame.ray_count, technique: added.outputs, inspected }
 }
 

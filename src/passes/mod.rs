@@ -49,6 +49,7 @@ pub mod reference;
 pub mod scene;
 pub mod shadow_rays;
 pub mod structures;
+pub mod taa;
 pub mod temporal;
 pub mod tone_map;
 pub mod vpl_trace;
@@ -85,6 +86,8 @@ pub struct FrameShape {
     pub texture_filter: TextureFilter,
     /// The picture is the mean of several frames.
     pub accumulate: bool,
+    /// The picture is smoothed over the frames before it ([`taa`]).
+    pub taa: bool,
     /// What traces rays.
     pub rays: Rays,
     /// What the picture shows.
@@ -136,6 +139,8 @@ impl FrameShape {
             height_px: settings.picture.size.height,
             direct: settings.render.direct.is_on(),
             accumulate: settings.render.accumulate > 1,
+            // Views show one frame as it is, and the frames of a mean are independent.
+            taa: settings.render.taa.is_on() && settings.render.view == View::Final && settings.render.accumulate == 1,
             rays: settings.tracing.rays,
             view: settings.render.view,
             inspect: settings.output.inspect.is_some(),

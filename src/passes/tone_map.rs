@@ -24,9 +24,14 @@ pub struct ToneMapped {
     pub is_exposed: bool,
 }
 
-/// Adds the passes.
+/// Adds the passes that expose a picture by itself.
 pub fn add(frame: &mut Frame, gbuffer: &GBuffer, radiance: ImageHandle) -> ToneMapped {
     let exposure = measure_exposure(frame, "exposure", gbuffer, radiance);
+    map(frame, radiance, exposure)
+}
+
+/// Adds the pass alone.
+pub fn map(frame: &mut Frame, radiance: ImageHandle, exposure: BufferHandle) -> ToneMapped {
     let picture = frame.kept_image("picture", vk::Format::R8G8B8A8_UNORM);
     let map = frame
         .compute("tone_map", shader("tone_map/tone_map", frame.per_pixel()))

@@ -20,7 +20,7 @@ use crate::frame::{self, FrameOutputs};
 use crate::gpu::{Executor, FrameResult, FrameTicket, OnStep, SharedImage, SteppedFrame, Written};
 use crate::graph::BufferHandle;
 pub use crate::job::Job;
-use crate::passes::present;
+use crate::passes::{present, taa};
 use crate::random::{hash, r2_sequence};
 use crate::scene::Camera;
 use crate::shared::{FrameData, InspectedPixel};
@@ -56,6 +56,8 @@ pub struct Renderer {
     scene_changed: bool,
     /// How often the scene's vertices have moved until the next frame, and until the last one.
     vertex_moves: [u64; 2],
+    /// Frames between the last cut and the last frame.
+    frames_since_cut: u32,
     /// The constants that the lights of the last frame follow from, where they may be used again.
     lights_of: Option<Vec<u8>>,
     shapes: Shapes,
@@ -110,6 +112,7 @@ impl Renderer {
             last_data: data,
             scene_changed: false,
             vertex_moves: [job.scene.vertex_moves(); 2],
+            frames_since_cut: 0,
             lights_of: None,
             shapes,
             live,
@@ -123,14 +126,19 @@ impl Renderer {
         let jittered = self.shapes.frame.accumulate && everything;
         let jitter_px = if jittered { sampling_point(self.seed, number) } else { Vec2::ZERO };
         let frame_seed = if number == 0 { self.seed } else { hash(self.seed ^ hash(number)) };
-        let view = View::new(&self.camera, self.shapes.frame.width_px, self.shapes.frame.height_px, jitter_px);
-        self.data.clip_from_world = view.clip_from_world.to_cols_array_2d();
-        [self.data.jitter_x_px, self.data.jitter_y_px] = jitter_px.to_array();
+        self.sample_at(jitter_px);
         self.data.seed = if everything { frame_seed } else { self.seed };
         let paths = self.data.path_count;
         let renewed = paths.wrapping_add(number.wrapping_mul(paths.div_ceil(FRAMES_OF_PATHS)));
         self.data.renewed_paths = if fresh == Fresh::SomePaths { renewed } else { 0 };
         (self.data.accumulated_frame, self.data.sampling_seed) = (number, frame_seed);
+    }
+
+    /// Samples the pixels of the next frame so far from their centres, y down.
+    fn sample_at(&mut self, jitter_px: Vec2) {
+        let view = View::new(&self.camera, self.shapes.frame.width_px, self.shapes.frame.height_px, jitter_px);
+        self.data.clip_from_world = view.clip_from_world.to_cols_array_2d();
+        [self.data.jitter_x_px, self.data.jitter_y_px] = jitter_px.to_array();
     }
 
     /// Runs one frame and waits for it, repeated passes in submissions of about `max_submit_ms`.
@@ -167,8 +175,13 @@ impl Renderer {
         }
         self.vertex_moves[1] = moves;
         let valid = self.executor.history_is_valid();
+        self.frames_since_cut = if valid { self.frames_since_cut.wrapping_add(1) } else { 0 };
+        if self.shapes.frame.taa {
+            self.sample_at(taa::jitter_px(self.frames_since_cut));
+        }
         let last = if valid { self.last_data } else { self.data };
-        (self.data.previous_clip_from_world, self.data.previous_eye_ws) = (last.clip_from_world, last.eye_ws);
+        self.data.previous_jitter_px = [last.jitter_x_px, last.jitter_y_px];
+        self.data.previous_eye_ws = last.eye_ws;
         (self.data.previous_forward_ws, self.data.previous_near) = (last.forward_ws, last.near);
         (self.data.previous_right_ws, self.data.previous_up_ws) = (last.right_ws, last.up_ws);
         self.data.vertices_moved = (valid && moves > moves_before).into();
@@ -329,7 +342,6 @@ impl Renderer {
 fn without_view(data: &FrameData) -> Vec<u8> {
     let rest = FrameData {
         clip_from_world: [[0.0; 4]; 4],
-        previous_clip_from_world: [[0.0; 4]; 4],
         eye_ws: [0.0; 3],
         previous_eye_ws: [0.0; 3],
         forward_ws: [0.0; 3],
@@ -343,6 +355,7 @@ fn without_view(data: &FrameData) -> Vec<u8> {
         vertices_moved: 0,
         jitter_x_px: 0.0,
         jitter_y_px: 0.0,
+        previous_jitter_px: [0.0; 2],
         rasteriser_step: 0.0,
         history_is_valid: 0,
         scene_stands: 0,

@@ -28,8 +28,8 @@ pub(super) fn checked_shapes(
 }
 
 /// What of the motion of surfaces the frame needs to know, if anything.
-fn surface_motion(technique: &dyn Technique, job: &Job<'_>) -> Option<SurfaceMotion> {
-    let needed = job.settings.render.view == View::MotionVectors || technique.reuse(job).is_some();
+fn surface_motion(technique: &dyn Technique, job: &Job<'_>, taa: bool) -> Option<SurfaceMotion> {
+    let needed = taa || job.settings.render.view == View::MotionVectors || technique.reuse(job).is_some();
     let by = if job.scene.has_moving_vertices() { SurfaceMotion::Vertices } else { SurfaceMotion::Camera };
     needed.then_some(by)
 }
@@ -41,7 +41,7 @@ pub(super) fn shapes(technique: &dyn Technique, job: &Job<'_>, known: Option<&dy
         light.is_filtered &= technique.filters_area_light(job.settings);
         light.reuse = technique.reuse(job);
     }
-    frame.surface_motion = surface_motion(technique, job);
+    frame.surface_motion = surface_motion(technique, job, frame.taa);
     check_rays(job.gpu, frame.rays)?;
     if frame.rays == Rays::Query && !job.scene.has_structures {
         return Err(Error::Failure("the scene was uploaded without acceleration structures".to_owned()));

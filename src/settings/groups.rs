@@ -102,6 +102,9 @@ settings_group! {
         /// Mean of this many frames with fresh seeds and sub-pixel jitter, 1 or more [default: 1]
         #[arg(long, value_name = "N")]
         pub accumulate: u32 = 1,
+        /// Temporal anti-aliasing: frames sample their pixels elsewhere than those before, and their mean follows what moves [default: off]
+        #[arg(long, value_enum, hide_possible_values = true, value_name = "on|off", help_heading = "Picture")]
+        pub taa: Switch = Switch::Off,
         /// Direct light [default: on]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "on|off")]
         pub direct: Switch = Switch::On,

@@ -37,6 +37,7 @@ pub fn every_value_changed() -> Settings {
         s.pbgi.point_bounces = 3;
         s.pbgi.reuse = Switch::On;
         s.render.accumulate = 4;
+        s.render.taa = Switch::On;
         s.render.direct = Switch::Off;
         s.many_lights.lights = LightSet::Both;
         s.many_lights.vpls = 1_000_000;

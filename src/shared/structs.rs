@@ -87,8 +87,6 @@ shared_structs! {
         pub environment_turn: f32,
         /// Per level 0..=MAX_LEVEL+1: vertices per axis; words per row; first word; first word of the next level.
         pub levels: [[u32; 4]; LEVEL_ROWS],
-        /// Of the frame before, `clip_from_world`; this frame's own where the history is not valid.
-        pub previous_clip_from_world: [[f32; 4]; 4],
         /// Of the frame before, `eye_ws`; this frame's own where the history is not valid.
         pub previous_eye_ws: [f32; 3],
         /// 1 when history resources hold what the frame before left, 0 in a first frame, after a cut,
@@ -139,6 +137,10 @@ shared_structs! {
         pub previous_up_ws: [f32; 3],
         /// Where light paths are renewed a few at a time, how many have been renewed so far, and `path_count` more; else 0.
         pub renewed_paths: u32,
+        /// Of the frame before, `jitter_x_px` and `jitter_y_px`.
+        pub previous_jitter_px: [f32; 2],
+        /// Unused.
+        pub padding: [f32; 2],
     }
 
     /// A material as traced rays see it.
@@ -442,5 +444,5 @@ const _: () = {
     assert!(size_of::<PunctualLight>() == 64);
     assert!(size_of::<GridLight>() == 64);
     assert!(size_of::<GridPlacement>() == 32);
-    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 192);
+    assert!(size_of::<FrameData>() == 64 + 16 * 12 + 16 * LEVEL_ROWS + 144);
 };

@@ -22,7 +22,24 @@ pub fn check(settings: &Settings) -> Result<()> {
 /// Those of [`check`].
 pub fn check_with(technique: &dyn Technique, settings: &Settings) -> Result<()> {
     technique.check(settings)?;
+    check_taa(technique, settings)?;
     check_view(technique, settings)
+}
+
+/// Checks that frames follow each other, and that more of them are of use.
+fn check_taa(technique: &dyn Technique, settings: &Settings) -> Result<()> {
+    let (is_asked, frames) = (settings.render.taa.is_on(), settings.render.accumulate);
+    require(!is_asked || frames == 1, || {
+        format!(
+            "--taa on needs frames that follow each other, and --accumulate {frames} takes the mean of independent ones: leave one of them out"
+        )
+    })?;
+    require(!is_asked || !technique.is_reference(), || {
+        format!(
+            "--technique {} is a reference, which frames before would only blur: leave --taa on out, or take the mean of several by --accumulate",
+            technique.name()
+        )
+    })
 }
 
 /// Whether a view shows what every frame has.
@@ -169,6 +186,24 @@ mod tests {
         assert!(sentence.contains("--accumulate 4"), "{sentence}");
         let sentence = complaint(|s| (s.lgh.temporal, s.many_lights.shadow_samples) = (shadows, 0));
         assert_eq!(sentence, "--temporal shadows needs shadow samples, and --shadow-samples 0 leaves none");
+    }
+
+    #[test]
+    fn taa_is_not_for_means_and_references() {
+        let sentence = complaint(|s| (s.render.taa, s.render.accumulate) = (Switch::On, 64));
+        assert_eq!(
+            sentence,
+            "--taa on needs frames that follow each other, and --accumulate 64 takes the mean of independent ones: leave one of them out"
+        );
+        for technique in [Named::PathTrace, Named::BruteForce, Named::PbgiReference] {
+            let sentence = complaint(|s| (s.render.taa, s.render.technique) = (Switch::On, technique));
+            let start = format!("--technique {} is a reference, ", name(&technique));
+            assert!(sentence.starts_with(&start) && sentence.contains("leave --taa on out"), "{sentence}");
+        }
+        for technique in [Named::Lgh, Named::Pbgi, Named::FinalGather, Named::Direct] {
+            check(&Settings::default().changed(|s| (s.render.taa, s.render.technique) = (Switch::On, technique)))
+                .unwrap();
+        }
     }
 
     #[test]

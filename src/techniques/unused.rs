@@ -1,6 +1,6 @@
 //! Settings that have no effect on a picture as the others are, and why: the panel shows them grey.
 
-use crate::settings::{EnvironmentSource, MicroFill, Settings, Temporal};
+use crate::settings::{EnvironmentSource, MicroFill, Settings, Temporal, View, name};
 use crate::techniques;
 
 const LGH: &[&str] = &["lgh"];
@@ -31,6 +31,7 @@ const READERS: &[(&[&str], &[&str])] = &[
     (&["points", "micro", "coverage", "hemisphere", "sun-leaves"], POINTS),
     (&["selection", "reuse"], &["pbgi", "final-gather"]),
     (&["point-bounces"], &["pbgi"]),
+    (&["taa"], &["lgh", "pbgi", "final-gather", "direct"]),
     (&["samples"], &["path-trace"]),
 ];
 /// Settings of shadow rays.
@@ -51,6 +52,9 @@ pub fn why_unused(settings: &Settings, key: &str) -> Option<String> {
     let reason = match key {
         _ if (of_shadows || key == "shadow-samples") && !lights.shadows.is_on() => "with --shadows off",
         _ if of_shadows && lights.shadow_samples == 0 => "with --shadow-samples 0",
+        "taa" if settings.render.view != View::Final => {
+            return Some(format!("with --view {}", name(&settings.render.view)));
+        }
         "antilag" | "temporal-weight" if settings.lgh.temporal == Some(Temporal::Off) => "with --temporal off",
         "coverage" if settings.pbgi.micro == MicroFill::Rays => "with --micro rays",
         "environment-scale" | "environment-turn" if settings.environment.source == Some(EnvironmentSource::None) => {
@@ -92,6 +96,9 @@ mod tests {
         let traced = settings.clone().changed(|s| s.render.technique = Technique::PathTrace);
         assert_eq!(why_unused(&traced, "vpls").unwrap(), "with --technique path-trace");
         assert_eq!(why_unused(&traced, "bounces"), None);
+        let shown = settings.clone().changed(|s| s.render.view = View::ShadowRatio);
+        assert_eq!(why_unused(&shown, "taa").unwrap(), "with --view shadow-ratio");
+        assert_eq!(why_unused(&settings, "taa"), None);
         let open = settings.changed(|s| s.many_lights.shadows = Switch::Off);
         assert_eq!(why_unused(&open, "shadow-points").unwrap(), "with --shadows off");
     }

@@ -240,6 +240,7 @@ pub fn frame_shape() -> FrameShape {
         culls_back_faces: false,
         texture_filter: gridlight::settings::TextureFilter::Anisotropic,
         accumulate: false,
+        taa: false,
         rays: gridlight::settings::Rays::Bvh,
         view: View::Final,
         inspect: false,

@@ -10,4 +10,5 @@ mod reprojection;
 mod run;
 #[path = "../support/mod.rs"]
 mod support;
+mod taa;
 mod tiles;

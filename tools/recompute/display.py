@@ -9,13 +9,17 @@ from .hierarchy import LUMINANCE
 BINS, LOWEST, STOPS, MOST_PIXELS = 1024, -32.0, 64.0, 1 << 20
 
 
-def shown_radiance(dump):
+def measured_radiance(dump):
     return dump.get(*dump.last("radiance", "accumulated_mean"))[..., :3]
+
+
+def shown_radiance(dump):
+    return dump.get(*dump.last("radiance", "accumulated_mean", "antialiased"))[..., :3]
 
 
 def histogram(dump):
     """Pixels by luminance, as the frame's own; those within a thousandth of a bin's edge may be on either side."""
-    radiance, depth = shown_radiance(dump), dump.get("gbuffer", "gbuffer_depth")[..., 0]
+    radiance, depth = measured_radiance(dump), dump.get("gbuffer", "gbuffer_depth")[..., 0]
     height, width = depth.shape
     step = 1
     while -(-height // step) * -(-width // step) > MOST_PIXELS:

@@ -130,7 +130,7 @@ impl Plan {
         new.render.accumulate = if quality == Quality::Full { self.goal() } else { 1 };
         if new.render.accumulate > 1 {
             // The frames of a mean are independent.
-            new.lgh.temporal = None;
+            (new.lgh.temporal, new.render.taa) = (None, Switch::Off);
         }
         new.picture.size = picture_size(self.window_px, scale, new.lgh.interleave);
         new
@@ -256,6 +256,9 @@ mod tests {
         assert_eq!(plan.settings(Quality::Moving, &asked).lgh.temporal, Some(Temporal::Off));
         let asked = Settings::default().changed(|s| s.lgh.temporal = Some(Temporal::Indirect));
         assert_eq!(plan.settings(Quality::Full, &asked).lgh.temporal, None, "a mean");
+        let asked = Settings::default().changed(|s| s.render.taa = Switch::On);
+        let taa = [Quality::Moving, Quality::Full].map(|quality| plan.settings(quality, &asked).render.taa);
+        assert_eq!(taa, [Switch::On, Switch::Off], "means have none");
         let points = Settings::default().changed(|s| s.render.technique = Technique::Pbgi);
         let moving = plan.settings(Quality::Moving, &points);
         assert_eq!((moving.pbgi.points, moving.pbgi.reuse), (MOVING_POINTS, Switch::On));

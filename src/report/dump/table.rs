@@ -165,6 +165,12 @@ pub const TABLE: &[Entry] = &[
         "Sum of the frames so far, each weighted by the share of its samples; A is the sum of the weights.",
     ),
     image("accumulated_mean", RADIANCE, RGBA, "The picture in linear radiance, the mean of the frames so far."),
+    image(
+        "antialiased",
+        RADIANCE,
+        RGBA,
+        "The picture in linear radiance, the mean of the frames before, moved to where their surfaces are now, and of this one; A is the number of frames, at most 25, below 0 where something moves.",
+    ),
     image("view_values", "those of the view, docs/views.md", RGBA, "The numbers that a view shows in colours."),
     buffer(
         "inspected_pixel",

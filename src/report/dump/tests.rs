@@ -33,10 +33,11 @@ fn frame_shape() -> FrameShape {
         culls_back_faces: false,
         texture_filter: crate::settings::TextureFilter::Anisotropic,
         accumulate: true,
+        taa: true,
         rays: crate::settings::Rays::Bvh,
         view: View::Final,
         inspect: false,
-        surface_motion: None,
+        surface_motion: Some(SurfaceMotion::Camera),
         keeps_lights: false,
     }
 }

@@ -54,7 +54,9 @@ impl HierarchyOutputs {
 pub(super) fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer) -> Added {
     let mut hierarchy = add_hierarchy(frame, shape, shape.lights.shadow_samples > 0);
     if shape.indirect_size == IndirectSize::Half {
-        let (whole, half) = half_picture::shrink(frame, gbuffer);
+        // Only what frames take over there needs the motion there.
+        let motion = gbuffer.motion.filter(|_| shape.reuse.is_some());
+        let (whole, half) = half_picture::shrink(frame, &GBuffer { motion, ..*gbuffer });
         let (indirect, _) = add_indirect(frame, shape, &half, &mut hierarchy);
         let lighting = half_picture::enlarge(frame, whole, gbuffer, &half, &indirect);
         let indirect = Indirect { lighting, shadows: None, has_share: false };

@@ -9,8 +9,8 @@ layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(set = 0, binding = 1) uniform texture2D tile_sums;
 layout(set = 0, binding = 2) uniform texture2D motion_image;
 layout(set = 0, binding = 3) uniform texture2D previous_tiles;
-// r: mean of the frame. g: variance of such means. b: how far the frame was above its history, in standard deviations.
-// a: frames.
+// r: mean of the frame. g: variance of such means. b: its drift, how far the last few frames were above their histories, in
+// standard deviations of one. a: frames.
 layout(set = 0, binding = 4, rgba32f) uniform writeonly image2D out_tiles;
 // r: how much of the history to give up, 0 to 1.
 layout(set = 0, binding = 5, rgba32f) uniform writeonly image2D out_given_up;
@@ -21,14 +21,21 @@ const float LEAST_WEIGHT = 0.1;
 const float KNOWN_FRAMES = 8.0;
 // Of a single frame's deviation in the variance, in variances: a step shall not hide itself.
 const float MOST_DEVIATION = 9.0;
-// Standard deviations from which a difference is no noise in part, and wholly.
-const vec2 LIMITS = vec2(3.0, 5.0);
-// Two frames in a row on the same side count as one that is farther off, as the noise of their mean is less.
-const float OF_TWO = sqrt(2.0);
-// A frame by itself counts less: single samples of much light are common, and are not of the same tile twice in a row.
+// Standard deviations from which a difference is no noise in part, and wholly: of a frame, and of a drift, in which what is
+// rare among frames averages out.
+const vec2 FRAME_LIMITS = vec2(4.0, 6.0);
+const vec2 DRIFT_LIMITS = vec2(3.0, 5.0);
+// A frame of a single tile counts less: single samples of much light are common, and are not of the same tile twice in a row.
 const float OF_ONE = 0.3;
-// Standard deviations that a tile counts among others at most: a single one never makes up for the rest.
-const float MOST_OF_GROUP = 4.0;
+// Standard deviations that a tile counts among others, and a frame in the drift, at most: a single one never makes up for the
+// rest.
+const float MOST_COUNTED = 4.0;
+// Weight of the newest frame in the drift.
+const float DRIFT_WEIGHT = 0.25;
+// Variance of such a mean of numbers whose own is 1.
+const float MEAN_VARIANCE = DRIFT_WEIGHT / (2.0 - DRIFT_WEIGHT);
+// A drift gives up no more than this in a frame, as it goes on in the next. The least weight of a frame in the paper.
+const float MOST_BY_DRIFT = 0.2;
 
 ivec2 tile_count() { return (ivec2(image_size()) + int(TILE_SIZE) - 1) / int(TILE_SIZE); }
 
@@ -44,12 +51,35 @@ vec4 tile_before(ivec2 tile) {
 // Standard deviation of the difference of a tile's light in a frame and in its history, which has noise of its own.
 float deviation_of(vec4 sum, vec4 before) { return sum.z * sqrt((before.g + 1e-6) * (1.0 + sum.a / sum.z)); }
 
-// How much of the history to give up for what the tiles around one say: nothing if they are not off together, and otherwise
-// as much as makes the error least, which is the share of the squared difference that is no noise.
-float given_up_by_group(ivec2 tile) {
-    float above = 0.0;
+// How far a tile's light is above its history in standard deviations: in this frame, and in the last few.
+struct Difference {
+    float of_frame;
+    float drift;
+};
+
+Difference difference_of(vec4 sum, vec4 before) {
+    float of_frame = (sum.x - sum.y) / deviation_of(sum, before);
+    return Difference(of_frame, mix(before.b, clamp(of_frame, -MOST_COUNTED, MOST_COUNTED), DRIFT_WEIGHT));
+}
+
+// Standard deviation of a drift that is noise. That of the frames averages out; that of the history, which they have in common,
+// does not.
+float drift_deviation(vec4 sum) {
+    float of_history = sum.a / sum.z;
+    return sqrt((MEAN_VARIANCE + of_history) / (1.0 + of_history));
+}
+
+// What is given up of the history for a frame, and for a drift.
+vec2 given_up(vec2 deviations) {
+    return smoothstep(vec2(FRAME_LIMITS.x, DRIFT_LIMITS.x), vec2(FRAME_LIMITS.y, DRIFT_LIMITS.y), abs(deviations));
+}
+
+// The same for what the tiles around one say: nothing if they are not off together, and otherwise as much as makes the error
+// least, which is the share of the squared difference that is no noise.
+vec2 given_up_by_group(ivec2 tile) {
+    vec2 above = vec2(0.0);
+    vec2 squares = vec2(0.0);
     float variance = 0.0;
-    float squares = 0.0;
     float count = 0.0;
     for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x) {
@@ -60,26 +90,21 @@ float given_up_by_group(ivec2 tile) {
             vec4 sum = texelFetch(tile_sums, other, 0);
             vec4 before = tile_before(other);
             if (sum.z > 0.0 && before.a >= KNOWN_FRAMES) {
+                Difference difference = difference_of(sum, before);
+                float of_frame = clamp(difference.of_frame, -MOST_COUNTED, MOST_COUNTED);
+                vec2 deviations = vec2(of_frame, difference.drift / drift_deviation(sum));
                 float deviation = deviation_of(sum, before);
-                float deviations = clamp((sum.x - sum.y) / deviation, -MOST_OF_GROUP, MOST_OF_GROUP);
                 above += deviations * deviation;
-                variance += deviation * deviation;
                 squares += deviations * deviations;
+                variance += deviation * deviation;
                 count += 1.0;
             }
         }
     }
     if (variance <= 0.0) {
-        return 0.0;
+        return vec2(0.0);
     }
-    return smoothstep(LIMITS.x, LIMITS.y, abs(above) / sqrt(variance)) * max(1.0 - count / max(squares, 1e-30), 0.0);
-}
-
-// How much of the history to give up, as a frame and the one before it lie so many standard deviations above their histories.
-float given_up(float above, float above_before) {
-    bool is_same_side = above * above_before > 0.0;
-    float of_two = is_same_side ? OF_TWO * min(abs(above), abs(above_before)) : 0.0;
-    return smoothstep(LIMITS.x, LIMITS.y, max(of_two, OF_ONE * abs(above)));
+    return given_up(above / sqrt(variance)) * max(1.0 - count / max(squares, vec2(1e-30)), vec2(0.0));
 }
 
 void main() {
@@ -98,8 +123,16 @@ void main() {
     // The mean of the squared difference of two frames is twice their variance.
     float deviation = 0.5 * (now - before.r) * (now - before.r);
     bool is_known = before.a >= KNOWN_FRAMES;
-    float above = is_known ? (sum.x - sum.y) / deviation_of(sum, before) : 0.0;
+    Difference difference = Difference(0.0, 0.0);
+    if (is_known) {
+        difference = difference_of(sum, before);
+    }
+    vec2 of_tile = given_up(vec2(OF_ONE * difference.of_frame, difference.drift / drift_deviation(sum)));
+    vec2 shares = max(of_tile, given_up_by_group(tile));
+    float share = max(shares.x, min(shares.y, MOST_BY_DRIFT));
     float variance = mix(before.g, is_known ? min(deviation, MOST_DEVIATION * before.g) : deviation, max(1.0 / before.a, LEAST_WEIGHT));
-    imageStore(out_tiles, tile, vec4(now, variance, above, min(before.a + 1.0, 1e4)));
-    imageStore(out_given_up, tile, vec4(max(given_up(above, before.b), given_up_by_group(tile)), 0.0, 0.0, 0.0));
+    // What the frames before are above a history that has moved towards this one.
+    float drift = difference.drift * (1.0 - share);
+    imageStore(out_tiles, tile, vec4(now, variance, drift, min(before.a + 1.0, 1e4)));
+    imageStore(out_given_up, tile, vec4(share, 0.0, 0.0, 0.0));
 }

@@ -127,7 +127,7 @@ fn every_option_arrives() {
         s.lgh.grid_update = GridUpdate::Full;
         s.lgh.filter = ShadowFilter::None;
         s.lgh.temporal = Some(Temporal::Off);
-        s.lgh.temporal_weight = 0.2;
+        s.lgh.temporal_weight = Some(0.2);
         s.lgh.antilag = Antilag::Tiles;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 9.0;

@@ -62,7 +62,7 @@ pub fn every_value_changed() -> Settings {
         s.lgh.grid_update = GridUpdate::Full;
         s.lgh.filter = ShadowFilter::None;
         s.lgh.temporal = Some(Temporal::Shadows);
-        s.lgh.temporal_weight = 0.2;
+        s.lgh.temporal_weight = Some(0.2);
         s.lgh.antilag = Antilag::Tiles;
         s.lgh.indirect_size = IndirectSize::Half;
         s.many_lights.clamp = 0.0;

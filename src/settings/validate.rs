@@ -148,7 +148,7 @@ mod tests {
         assert_eq!(complaint(|s| s.many_lights.bounces = 65), "--bounces must be from 0 to 64, not 65");
         assert_eq!(complaint(|s| s.lgh.first_level = 2), "--first-level must be from 0 to 1, not 2");
         for bad in [0.0, 1.5, f32::NAN] {
-            let found = complaint(|s| s.lgh.temporal_weight = bad);
+            let found = complaint(|s| s.lgh.temporal_weight = Some(bad));
             assert_eq!(found, format!("--temporal-weight must be above 0 and at most 1, not {bad}"));
         }
         assert_eq!(complaint(|s| s.lgh.interleave = 3), "--interleave must be 1, 2 or 4, not 3");

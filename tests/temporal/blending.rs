@@ -264,7 +264,7 @@ fn the_newest_frame_has_the_weight_that_is_asked_for() {
     let test = gpu();
     for weight in [0.2, 1.0] {
         let settings = settings(SIZES[4], Temporal::Indirect, ShadowEstimate::Corrected)
-            .changed(|s| s.lgh.temporal_weight = weight);
+            .changed(|s| s.lgh.temporal_weight = Some(weight));
         let blended = Blended::of(&test, &settings);
         blended.check(Blend { least_weight: f64::from(weight), ..BLEND }).unwrap();
         assert!(blended.check(BLEND).is_err(), "{weight} is not told from the default");

@@ -21,12 +21,15 @@ struct Comparison {
     least_weight: f64,
     known_frames: f64,
     most_deviation: f64,
-    limits: [f64; 2],
-    /// What standard deviations count of two frames on the same side, and of one by itself.
-    of_two: f64,
+    /// Standard deviations that are no noise in part, and wholly: of a frame, and of a drift.
+    limits: [[f64; 2]; 2],
+    /// What standard deviations of a single tile and frame count.
     of_one: f64,
-    /// What a tile counts at most among those around another.
-    most_of_group: f64,
+    /// What a tile counts at most among those around another, and a frame in the drift.
+    most_counted: f64,
+    /// Weight of the newest frame in the drift, and what a drift gives up at most.
+    drift_weight: f64,
+    most_by_drift: f64,
     /// Tiles on either side of one that are looked at together with it.
     reach: i32,
     /// Squared difference that is noise, in variances.
@@ -34,10 +37,29 @@ struct Comparison {
 }
 
 impl Comparison {
-    /// What is given up for a difference of so many standard deviations.
-    fn given_up(&self, deviations: f64) -> f64 {
-        let along = ((deviations - self.limits[0]) / (self.limits[1] - self.limits[0])).clamp(0.0, 1.0);
-        along * along * (3.0 - 2.0 * along)
+    /// How far a tile's light is above its history, and how far the last few frames are, in standard deviations.
+    fn difference(&self, sum: Texel, before: Texel) -> [f64; 2] {
+        let of_frame = (sum[0] - sum[1]) / deviation_of(sum, before);
+        [of_frame, before[2] + self.drift_weight * (self.counted(of_frame) - before[2])]
+    }
+
+    fn counted(&self, deviations: f64) -> f64 {
+        deviations.clamp(-self.most_counted, self.most_counted)
+    }
+
+    /// Standard deviation of a drift that is noise.
+    fn drift_deviation(&self, [_, _, unit, per_frame]: Texel) -> f64 {
+        let of_history = per_frame / unit;
+        ((self.drift_weight / (2.0 - self.drift_weight) + of_history) / (1.0 + of_history)).sqrt()
+    }
+
+    /// What is given up for a frame's difference of so many standard deviations, and for that of a drift.
+    fn given_up(&self, deviations: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|of| {
+            let [least, most] = self.limits[of];
+            let along = ((deviations[of].abs() - least) / (most - least)).clamp(0.0, 1.0);
+            along * along * (3.0 - 2.0 * along)
+        })
     }
 }
 
@@ -45,10 +67,11 @@ const COMPARISON: Comparison = Comparison {
     least_weight: 0.1,
     known_frames: 8.0,
     most_deviation: 9.0,
-    limits: [3.0, 5.0],
-    of_two: std::f64::consts::SQRT_2,
+    limits: [[4.0, 6.0], [3.0, 5.0]],
     of_one: 0.3,
-    most_of_group: 4.0,
+    most_counted: 4.0,
+    drift_weight: 0.25,
+    most_by_drift: 0.2,
     reach: 1,
     noise: 1.0,
 };
@@ -96,6 +119,20 @@ impl Pair {
         let turned = UploadedScene::new(&test.gpu, &lit_from(1.0)).unwrap();
         run.renderer.update_lights(turned.other_lights()).unwrap();
         run.next();
+        Self { before, now: run.last(), keeps_light: false, label: "" }
+    }
+
+    /// The fourteenth frame and the one before it, while the lamp turns little by little.
+    fn of_a_turning_lamp(test: &GpuTest) -> Self {
+        let mut run = Run::new(&test.gpu, &lit_from(-1.0), &lamp_settings(Antilag::Tiles));
+        (0..10).for_each(|_| run.next());
+        let mut before = run.last();
+        for step in 1..=4 {
+            before = run.last();
+            let turned = UploadedScene::new(&test.gpu, &lit_from(0.1 * step as f32 - 1.0)).unwrap();
+            run.renderer.update_lights(turned.other_lights()).unwrap();
+            run.next();
+        }
         Self { before, now: run.last(), keeps_light: false, label: "" }
     }
 
@@ -167,52 +204,59 @@ impl Pair {
         if inside { self.tiles(&self.before)[tile] } else { [0.0; 4] }
     }
 
-    /// What a tile gives up for those around it.
-    fn given_up_by_group(&self, sums: &[Texel], (column, row): (i32, i32), by: Comparison) -> f64 {
+    /// What a tile gives up for those around it: for their frames, and for their drift.
+    fn given_up_by_group(&self, sums: &[Texel], (column, row): (i32, i32), by: Comparison) -> [f64; 2] {
         let [columns, rows] = self.tile_count();
         let steps = -by.reach..=by.reach;
         let around = steps.clone().flat_map(|y| steps.clone().map(move |x| (column + x, row + y)));
         let inside = around.filter(|(x, y)| (0..columns).contains(x) && (0..rows).contains(y));
-        let known = inside.filter_map(|(x, y)| {
-            let (sum, before) = (sums[(y * columns + x) as usize], self.tile_before(x, y));
-            (sum[2] > 0.0 && before[3] >= by.known_frames).then(|| (sum, deviation_of(sum, before)))
-        });
-        let [above, variance, squares, count] =
-            known.fold([0.0; 4], |[above, variance, squares, count], (sum, deviation)| {
-                let deviations = ((sum[0] - sum[1]) / deviation).clamp(-by.most_of_group, by.most_of_group);
-                let above = above + deviations * deviation;
-                [above, variance + deviation * deviation, squares + deviations * deviations, count + 1.0]
-            });
+        let known: Vec<_> = inside
+            .filter_map(|(x, y)| {
+                let (sum, before) = (sums[(y * columns + x) as usize], self.tile_before(x, y));
+                let [of_frame, drift] = by.difference(sum, before);
+                let deviations = [by.counted(of_frame), drift / by.drift_deviation(sum)];
+                (sum[2] > 0.0 && before[3] >= by.known_frames).then(|| (deviations, deviation_of(sum, before)))
+            })
+            .collect();
+        let variance: f64 = known.iter().map(|(_, deviation)| deviation * deviation).sum();
         if variance <= 0.0 {
-            return 0.0;
+            return [0.0; 2];
         }
-        let no_noise = (1.0 - by.noise * count / squares.max(1e-30)).max(0.0);
-        by.given_up(above.abs() / variance.sqrt()) * no_noise
+        let sums_of = |of: usize| {
+            let above: f64 = known.iter().map(|(deviations, deviation)| deviations[of] * deviation).sum();
+            let squares: f64 = known.iter().map(|(deviations, _)| deviations[of] * deviations[of]).sum();
+            let no_noise = (1.0 - by.noise * known.len() as f64 / squares.max(1e-30)).max(0.0);
+            (above / variance.sqrt(), no_noise)
+        };
+        let [frame, drift] = [0, 1].map(sums_of);
+        let [for_frame, for_drift] = by.given_up([frame.0, drift.0]);
+        [for_frame * frame.1, for_drift * drift.1]
     }
 
     /// The tiles, and what they give up.
     fn twin(&self, sums: &[Texel], by: Comparison) -> [Vec<Texel>; 2] {
         let tile = |((column, row), sum): ((i32, i32), &Texel)| {
-            let [light, kept, unit, _] = *sum;
+            let [light, _, unit, _] = *sum;
             if unit <= 0.0 {
                 return ([0.0; 4], [0.0; 4]);
             }
             let mean = light / unit;
             let before = self.tile_before(column, row);
-            let [mean_before, variance, above_before, frames] = before;
+            let [mean_before, variance, _, frames] = before;
             if frames <= 0.0 {
                 return ([mean, 0.0, 0.0, 1.0], [0.0; 4]);
             }
             let is_known = frames >= by.known_frames;
             let deviation = 0.5 * (mean - mean_before).powi(2);
             let at_most = if is_known { by.most_deviation * variance } else { f64::INFINITY };
-            let above = if is_known { (light - kept) / deviation_of(*sum, before) } else { 0.0 };
-            let least = above.abs().min(above_before.abs());
-            let of_two = if above * above_before > 0.0 { by.of_two * least } else { 0.0 };
-            let of_itself = by.given_up(of_two.max(by.of_one * above.abs()));
-            let given_up = of_itself.max(self.given_up_by_group(sums, (column, row), by));
+            let [of_frame, drift] = if is_known { by.difference(*sum, before) } else { [0.0; 2] };
+            let of_tile = by.given_up([by.of_one * of_frame, drift / by.drift_deviation(*sum)]);
+            let of_group = self.given_up_by_group(sums, (column, row), by);
+            let [for_frame, for_drift] = [0, 1].map(|of| of_tile[of].max(of_group[of]));
+            let given_up = for_frame.max(for_drift.min(by.most_by_drift));
             let weight = (1.0 / frames).max(by.least_weight);
-            let known = [mean, variance + weight * (deviation.min(at_most) - variance), above, frames + 1.0];
+            let variance = variance + weight * (deviation.min(at_most) - variance);
+            let known = [mean, variance, drift * (1.0 - given_up), frames + 1.0];
             (known, [given_up, 0.0, 0.0, 0.0])
         };
         self.all_tiles().zip(sums).map(tile).collect::<(Vec<_>, Vec<_>)>().into()
@@ -262,22 +306,26 @@ fn tiles_of_light_by_itself_are_compared_by_the_formula() {
 #[test]
 fn other_comparisons_are_noticed() {
     let test = gpu();
-    let [moved, turned] = [Pair::of(&test, SIZES[4], Temporal::Shadows), Pair::of_a_turned_lamp(&test)];
+    let moved = Pair::of(&test, SIZES[4], Temporal::Shadows);
+    let [turned, turning] = [Pair::of_a_turned_lamp(&test), Pair::of_a_turning_lamp(&test)];
     turned.check(COMPARISON).unwrap();
+    turning.check(COMPARISON).unwrap();
     let faults: [Fault; 6] = [
         ("a shorter memory", |by| by.least_weight = 0.2),
         ("variances that are known later", |by| by.known_frames = 20.0),
         ("steps that count less", |by| by.most_deviation = 0.01),
-        ("lower limits", |by| by.limits = [0.0, 0.5]),
-        ("pairs that count more", |by| by.of_two = 9.0),
+        ("lower limits", |by| by.limits = [[0.0, 0.5]; 2]),
         ("single frames that count more", |by| by.of_one = 9.0),
+        ("a drift of fewer frames", |by| by.drift_weight = 0.3),
     ];
-    let of_groups: [Fault; 3] = [
+    let of_steps: [Fault; 3] = [
         ("differences that are all change", |by| by.noise = 0.0),
         ("tiles without those around them", |by| by.reach = 0),
-        ("tiles that count less in their group", |by| by.most_of_group = 1.0),
+        ("tiles that count less in their group", |by| by.most_counted = 1.0),
     ];
-    let faults = faults.map(|fault| (&moved, fault)).into_iter().chain(of_groups.map(|fault| (&turned, fault)));
+    let of_drifts: [Fault; 1] = [("drifts that give up less", |by| by.most_by_drift = 0.1)];
+    let faults = faults.map(|fault| (&moved, fault)).into_iter();
+    let faults = faults.chain(of_steps.map(|fault| (&turned, fault))).chain(of_drifts.map(|fault| (&turning, fault)));
     for (pair, (what, plant)) in faults {
         let mut comparison = COMPARISON;
         plant(&mut comparison);

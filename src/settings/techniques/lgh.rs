@@ -96,9 +96,9 @@ settings_group! {
         #[arg(long, value_enum, hide_possible_values = true, value_name = "off|shadows|indirect", help_heading = "Shadows")]
         pub temporal: Option<Temporal> = None,
         /// Least weight of the newest frame in these means: 0.05 is a mean of 20 frames or more, and the paper has 0.2. Smaller is calmer
-        /// and slower to follow [default: 0.05]
+        /// and slower to follow [default: 0.05, or 0.02 with --antilag tiles]
         #[arg(long, value_name = "W", allow_negative_numbers = true, help_heading = "Shadows")]
-        pub temporal_weight: f32 = 0.05,
+        pub temporal_weight: Option<f32> = None,
         /// What these means do where the light has changed: nothing, or give up what the frames before know in tiles of 8x8 pixels whose
         /// light differs by more than its noise [default: off]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "off|tiles", help_heading = "Shadows")]
@@ -121,6 +121,15 @@ impl LghSettings {
             ShadowPoints::Deviation => ShadowEstimate::Ratio,
         })
     }
+
+    /// The least weight that is asked for, else the default: a long mean needs something that notices where it is outdated.
+    #[must_use]
+    pub fn temporal_weight_or_default(&self) -> f32 {
+        self.temporal_weight.unwrap_or(match self.antilag {
+            Antilag::Off => 0.05,
+            Antilag::Tiles => 0.02,
+        })
+    }
 }
 
 impl Validate for LghSettings {
@@ -129,7 +138,7 @@ impl Validate for LghSettings {
             within("levels", levels, MIN_TOP_LEVEL..=MAX_LEVEL)?;
         }
         above_zero("alpha", self.alpha)?;
-        let weight = self.temporal_weight;
+        let weight = self.temporal_weight_or_default();
         require(weight > 0.0 && weight <= 1.0, || {
             format!("--temporal-weight must be above 0 and at most 1, not {weight}")
         })?;

@@ -162,7 +162,7 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         "temporal_shadowed",
         "flux-weighted luminance",
         RGBA,
-        "Mean over the frames of S per unit, or of S itself with --temporal indirect; A is the number of frames, at most 20.",
+        "Mean over the frames of S per unit, or of S itself with --temporal indirect; A is the number of frames, at most one over the least weight.",
     ),
     image(
         "temporal_unshadowed",
@@ -186,7 +186,7 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         "temporal_tiles",
         "luminance per unit",
         RGBA,
-        "For each 8x8 tile the mean shadowed light of the frame, the variance of such means, how far the frame is above its history in standard deviations, and the number of frames.",
+        "For each 8x8 tile the mean shadowed light of the frame, the variance of such means, how far the last few frames are above their histories in standard deviations, and the number of frames.",
     ),
     image(
         "given_up",

@@ -165,13 +165,14 @@ fn check_temporal(settings: &Settings, temporal: &str) -> Result<()> {
 fn reuse(job: &Job<'_>) -> Option<Reuse> {
     let settings = job.settings;
     let has_samples = settings.many_lights.shadows.is_on() && settings.many_lights.shadow_samples > 0;
-    let LghSettings { temporal, temporal_weight, antilag, interleave, .. } = settings.lgh;
+    let LghSettings { temporal, antilag, interleave, .. } = settings.lgh;
+    let least_weight = settings.lgh.temporal_weight_or_default();
     let of = match temporal? {
         Temporal::Off => return None,
         Temporal::Shadows => Estimated::Shadows,
         Temporal::Indirect => Estimated::Light,
     };
-    let reuse = Reuse { of, least_weight: temporal_weight, antilag, step_px: interleave };
+    let reuse = Reuse { of, least_weight, antilag, step_px: interleave };
     (has_samples && settings.render.accumulate == 1).then_some(reuse)
 }
 

@@ -58,11 +58,11 @@ fn scene(folder: &Path) -> PathBuf {
     scene_with(folder, &json!({"node": 2, "path": "rotation"}), &[0.0, 4.0], ("VEC4", &keys))
 }
 
-/// Its sun is dark at first, and four times as bright after two seconds as after one.
-fn switched(folder: &Path) -> PathBuf {
+/// The brightness of its sun, from dark on.
+fn switched(folder: &Path, times_s: &[f32], brightness: &[f32]) -> PathBuf {
     let pointer = json!({"pointer": "/extensions/KHR_lights_punctual/lights/0/intensity"});
     let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
-    scene_with(folder, &target, &[0.0, 1.0, 2.0, 3.0], ("SCALAR", &[0.0, 1.0, 4.0, 4.0]))
+    scene_with(folder, &target, times_s, ("SCALAR", brightness))
 }
 
 fn bits(values: &[f32]) -> Vec<u32> {
@@ -92,7 +92,7 @@ fn frames_have_the_sky_of_a_run_that_starts_with_them() {
 #[test]
 fn a_sun_that_is_switched_on_lights_its_sky() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = switched(folder.path());
+    let scene = switched(folder.path(), &[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 4.0, 4.0]);
     let no_lag = "--temporal shadows --antilag tiles --temporal-weight 1";
     for options in ["--technique direct --environment-samples 0", no_lag] {
         let options = format!("--environment sky {options}");
@@ -109,6 +109,22 @@ fn a_sun_that_is_switched_on_lights_its_sky() {
         let [found, expected] = [&bright, &there].map(|picture| picture.iter().sum::<f32>());
         assert!((found / expected - 1.0).abs() <= 0.03, "{options}: {found}, not {expected}");
     }
+}
+
+/// A history without light does not count beside the first light.
+#[test]
+fn a_sky_that_was_black_is_forgotten_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = switched(folder.path(), &[0.0, 1.0, 1.001, 3.0], &[0.0, 0.0, 4.0, 4.0]);
+    let over_time = "--temporal shadows --antilag tiles --frames 16 --fps 10 --warmup 0";
+    render(folder.path(), &scene, &format!("--environment sky --view direct {over_time}"), "a-{frame}.exr");
+    render(folder.path(), &scene, "--environment sky --view direct --time 1.5", "b.exr");
+    let [dark, found, expected] = ["a-0010.exr", "a-0015.exr", "b.exr"].map(|picture| {
+        let values = pixels(folder.path(), picture);
+        values[values.len() / 2..].iter().sum::<f32>()
+    });
+    assert_eq!(dark, 0.0);
+    assert!((found / expected - 1.0).abs() <= 0.02, "{found}, not {expected}");
 }
 
 /// The upper quarter of a picture, which is all sky.

@@ -117,7 +117,7 @@ vec3 clipped(ivec2 pixel, vec3 history, float share) {
 float display_weight(vec3 radiance) { return 1.0 / max(1.0, luminance(radiance) * exposure[0]); }
 
 vec4 blended(ivec2 pixel, vec3 here, vec2 at) {
-    float count = texelFetch(previous_antialiased, ivec2(floor(at + 0.5)), 0).a;
+    float count = texelFetch(previous_antialiased, nearest_inside(ivec2(floor(at + 0.5))), 0).a;
     bool moves = at != vec2(pixel);
     // What moved in the frame before may have uncovered what stands here.
     bool is_at_rest = !moves && count > 1.0;

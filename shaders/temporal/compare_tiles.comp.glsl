@@ -17,18 +17,20 @@ layout(set = 0, binding = 5, rgba32f) uniform writeonly image2D out_given_up;
 
 // A frame weighs at least this much in the variance.
 const float LEAST_WEIGHT = 0.1;
+// Added to a variance, and what one that grows again begins with: without it that of a tile without light would stay 0.
+const float LEAST_VARIANCE = 1e-6;
 // From so many frames on the variance is known.
 const float KNOWN_FRAMES = 8.0;
 // Of a single frame's deviation in the variance, in variances: a step shall not hide itself.
 const float MOST_DEVIATION = 9.0;
-// Standard deviations from which a difference is no noise in part, and wholly: of a frame, and of a drift, in which what is
-// rare among frames averages out.
+// Standard deviations from which a difference is noise no longer in part, and not at all: of a frame, and of a drift, in which
+// what is rare among frames averages out.
 const vec2 FRAME_LIMITS = vec2(4.0, 6.0);
 const vec2 DRIFT_LIMITS = vec2(3.0, 5.0);
 // A frame of a single tile counts less: single samples of much light are common, and are not of the same tile twice in a row.
 const float OF_ONE = 0.3;
-// Standard deviations that a tile counts among others, and a frame in the drift, at most: a single one never makes up for the
-// rest.
+// Standard deviations that a frame counts in the drift, and a tile for its frame among others, at most: a single one never makes up
+// for the rest.
 const float MOST_COUNTED = 4.0;
 // Weight of the newest frame in the drift.
 const float DRIFT_WEIGHT = 0.25;
@@ -49,7 +51,7 @@ vec4 tile_before(ivec2 tile) {
 }
 
 // Standard deviation of the difference of a tile's light in a frame and in its history, which has noise of its own.
-float deviation_of(vec4 sum, vec4 before) { return sum.z * sqrt((before.g + 1e-6) * (1.0 + sum.a / sum.z)); }
+float deviation_of(vec4 sum, vec4 before) { return sum.z * sqrt((before.g + LEAST_VARIANCE) * (1.0 + sum.a / sum.z)); }
 
 // How far a tile's light is above its history in standard deviations: in this frame, and in the last few.
 struct Difference {
@@ -117,7 +119,9 @@ void main() {
     float now = sum.z > 0.0 ? sum.x / sum.z : 0.0;
     if (before.a <= 0.0) {
         imageStore(out_tiles, tile, vec4(now, 0.0, 0.0, sum.z > 0.0 ? 1.0 : 0.0));
-        imageStore(out_given_up, tile, vec4(0.0));
+        // A history that is black says nothing of what light there is now.
+        bool was_black = sum.z <= 0.0 && sum.x > 0.0;
+        imageStore(out_given_up, tile, vec4(was_black ? 1.0 : 0.0, 0.0, 0.0, 0.0));
         return;
     }
     // The mean of the squared difference of two frames is twice their variance.
@@ -130,7 +134,7 @@ void main() {
     vec2 of_tile = given_up(vec2(OF_ONE * difference.of_frame, difference.drift / drift_deviation(sum)));
     vec2 shares = max(of_tile, given_up_by_group(tile));
     float share = max(shares.x, min(shares.y, MOST_BY_DRIFT));
-    float variance = mix(before.g, is_known ? min(deviation, MOST_DEVIATION * before.g) : deviation, max(1.0 / before.a, LEAST_WEIGHT));
+    float variance = mix(before.g, is_known ? min(deviation, MOST_DEVIATION * max(before.g, LEAST_VARIANCE)) : deviation, max(1.0 / before.a, LEAST_WEIGHT));
     // What the frames before are above a history that has moved towards this one.
     float drift = difference.drift * (1.0 - share);
     imageStore(out_tiles, tile, vec4(now, variance, drift, min(before.a + 1.0, 1e4)));

@@ -19,8 +19,8 @@ pub fn jitter_px(frames_since_cut: u32) -> Vec2 {
     Vec2::from_array(centered_r2(POINTS[frames_since_cut as usize % POINTS.len()]))
 }
 
-/// Adds the pass; gives the picture in linear radiance, with the number of frames in alpha, below 0 where something moves. `exposure` tells what is brighter
-/// than white.
+/// Adds the pass; gives the picture in linear radiance, with the number of frames in alpha, below 0 where something moves.
+/// `exposure` tells what is brighter than white.
 pub fn add(
     frame: &mut Frame,
     gbuffer: &GBuffer,

@@ -248,7 +248,7 @@ impl Pair {
             }
             let is_known = frames >= by.known_frames;
             let deviation = 0.5 * (mean - mean_before).powi(2);
-            let at_most = if is_known { by.most_deviation * variance } else { f64::INFINITY };
+            let at_most = if is_known { by.most_deviation * variance.max(1e-6) } else { f64::INFINITY };
             let [of_frame, drift] = if is_known { by.difference(*sum, before) } else { [0.0; 2] };
             let of_tile = by.given_up([by.of_one * of_frame, drift / by.drift_deviation(*sum)]);
             let of_group = self.given_up_by_group(sums, (column, row), by);

@@ -259,6 +259,8 @@ impl Planner<'_> {
             s.render.technique = technique;
             s.render.direct = direct;
             s.lgh.interleave = 1;
+            // Every picture stands alone.
+            (s.render.taa, s.lgh.temporal) = (Switch::Off, None);
         })
     }
 

@@ -230,6 +230,7 @@ impl TechniqueShape for LghShape {
     fn note_choices(&self, settings: &mut Settings) {
         settings.lgh.reservoir = Some(self.reservoir);
         settings.lgh.shadow_estimate = Some(self.shadow_estimate);
+        settings.lgh.temporal_weight = Some(settings.lgh.temporal_weight_or_default());
         settings.lgh.temporal = Some(match self.reuse.map(|reuse| reuse.of) {
             None => Temporal::Off,
             Some(Estimated::Light) => Temporal::Indirect,

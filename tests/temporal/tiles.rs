@@ -310,11 +310,12 @@ fn other_comparisons_are_noticed() {
     let [turned, turning] = [Pair::of_a_turned_lamp(&test), Pair::of_a_turning_lamp(&test)];
     turned.check(COMPARISON).unwrap();
     turning.check(COMPARISON).unwrap();
-    let faults: [Fault; 6] = [
+    let faults: [Fault; 7] = [
         ("a shorter memory", |by| by.least_weight = 0.2),
         ("variances that are known later", |by| by.known_frames = 20.0),
         ("steps that count less", |by| by.most_deviation = 0.01),
-        ("lower limits", |by| by.limits = [[0.0, 0.5]; 2]),
+        ("lower limits of a frame", |by| by.limits[0] = [0.0, 0.5]),
+        ("lower limits of a drift", |by| by.limits[1] = [0.0, 0.5]),
         ("single frames that count more", |by| by.of_one = 9.0),
         ("a drift of fewer frames", |by| by.drift_weight = 0.3),
     ];

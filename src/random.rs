@@ -20,18 +20,21 @@ pub fn unit_float(bits: u32) -> f32 {
     ((bits >> 9) as f32 + 0.5) * (1.0 / 8_388_608.0)
 }
 
-/// Point n of the R2 sequence (Roberts 2018) shifted by a seed.
+/// From a point of the R2 sequence (Roberts 2018) to the next, in units of 2⁻³².
+const R2_STEP: [u32; 2] = [3_242_174_889, 2_447_445_414];
+
+/// Point n of the R2 sequence shifted by a seed.
 #[must_use]
 pub fn r2_sequence(index: u32, seed: u32) -> [f32; 2] {
-    let x = 3_242_174_889_u32.wrapping_mul(index).wrapping_add(hash(seed));
-    let y = 2_447_445_414_u32.wrapping_mul(index).wrapping_add(hash(seed ^ 0x68bc_21eb));
+    let x = R2_STEP[0].wrapping_mul(index).wrapping_add(hash(seed));
+    let y = R2_STEP[1].wrapping_mul(index).wrapping_add(hash(seed ^ 0x68bc_21eb));
     [unit_float(x), unit_float(y)]
 }
 
 /// Point n of the R2 sequence about the first one, -0.5 to 0.5: point 0 is 0, and points n and -n lie opposite each other.
 #[must_use]
 pub fn centered_r2(n: i32) -> [f32; 2] {
-    [3_242_174_889_u32, 2_447_445_414].map(|step| step.wrapping_mul(n as u32) as i32 as f32 / 4_294_967_296.0)
+    R2_STEP.map(|step| step.wrapping_mul(n as u32) as i32 as f32 / 4_294_967_296.0)
 }
 
 #[cfg(test)]

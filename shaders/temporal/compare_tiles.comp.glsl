@@ -53,15 +53,18 @@ vec4 tile_before(ivec2 tile) {
 // Standard deviation of the difference of a tile's light in a frame and in its history, which has noise of its own.
 float deviation_of(vec4 sum, vec4 before) { return sum.z * sqrt((before.g + LEAST_VARIANCE) * (1.0 + sum.a / sum.z)); }
 
-// How far a tile's light is above its history in standard deviations: in this frame, and in the last few.
+// The standard deviation of such differences, and how many of them a tile's light is above its history: in this frame, and in the
+// last few.
 struct Difference {
+    float deviation;
     float of_frame;
     float drift;
 };
 
 Difference difference_of(vec4 sum, vec4 before) {
-    float of_frame = (sum.x - sum.y) / deviation_of(sum, before);
-    return Difference(of_frame, mix(before.b, clamp(of_frame, -MOST_COUNTED, MOST_COUNTED), DRIFT_WEIGHT));
+    float deviation = deviation_of(sum, before);
+    float of_frame = (sum.x - sum.y) / deviation;
+    return Difference(deviation, of_frame, mix(before.b, clamp(of_frame, -MOST_COUNTED, MOST_COUNTED), DRIFT_WEIGHT));
 }
 
 // Standard deviation of a drift that is noise. That of the frames averages out; that of the history, which they have in common,
@@ -95,10 +98,9 @@ vec2 given_up_by_group(ivec2 tile) {
                 Difference difference = difference_of(sum, before);
                 float of_frame = clamp(difference.of_frame, -MOST_COUNTED, MOST_COUNTED);
                 vec2 deviations = vec2(of_frame, difference.drift / drift_deviation(sum));
-                float deviation = deviation_of(sum, before);
-                above += deviations * deviation;
+                above += deviations * difference.deviation;
                 squares += deviations * deviations;
-                variance += deviation * deviation;
+                variance += difference.deviation * difference.deviation;
                 count += 1.0;
             }
         }
@@ -127,7 +129,7 @@ void main() {
     // The mean of the squared difference of two frames is twice their variance.
     float deviation = 0.5 * (now - before.r) * (now - before.r);
     bool is_known = before.a >= KNOWN_FRAMES;
-    Difference difference = Difference(0.0, 0.0);
+    Difference difference = Difference(0.0, 0.0, 0.0);
     if (is_known) {
         difference = difference_of(sum, before);
     }

@@ -47,6 +47,19 @@ impl Settings {
         Err(Error::Usage(format!("{what} needs shadow samples, and {obstacle} leaves none")))
     }
 
+    /// Checks that frames follow each other, which `what` needs.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with one sentence that names `what` and the setting in its way.
+    pub fn require_successive_frames(&self, what: &str) -> Result<()> {
+        let frames = self.render.accumulate;
+        require(frames == 1, || {
+            format!(
+                "{what} needs frames that follow each other, and --accumulate {frames} takes the mean of independent ones: leave one of them out"
+            )
+        })
+    }
+
     /// Whether the inspected pixel is one of the picture.
     fn validate_inspected(&self) -> Result<()> {
         let (Some(place), size) = (self.output.inspect, self.picture.size) else { return Ok(()) };

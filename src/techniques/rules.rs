@@ -28,13 +28,11 @@ pub fn check_with(technique: &dyn Technique, settings: &Settings) -> Result<()> 
 
 /// Checks that frames follow each other, and that more of them are of use.
 fn check_taa(technique: &dyn Technique, settings: &Settings) -> Result<()> {
-    let (is_asked, frames) = (settings.render.taa.is_on(), settings.render.accumulate);
-    require(!is_asked || frames == 1, || {
-        format!(
-            "--taa on needs frames that follow each other, and --accumulate {frames} takes the mean of independent ones: leave one of them out"
-        )
-    })?;
-    require(!is_asked || !technique.is_reference(), || {
+    if !settings.render.taa.is_on() {
+        return Ok(());
+    }
+    settings.require_successive_frames("--taa on")?;
+    require(!technique.is_reference(), || {
         format!(
             "--technique {} is a reference, which frames before would only blur: leave --taa on out, or take the mean of several by --accumulate",
             technique.name()

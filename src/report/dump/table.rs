@@ -9,15 +9,56 @@ const NORMALS: &[&str] = &["shading", "geometric"];
 /// The same in an image with two more channels.
 const HALF_NORMALS: &[&str] = &["shading", "geometric", "zero_b", "zero_a"];
 
+/// What is kept over frames of the light that surfaces get from `$source`, in resources whose names begin with `$label`.
+macro_rules! over_time {
+    ($label:literal, $source:literal) => {
+        [
+    image(
+        concat!($label, "_temporal_tiles"),
+        RADIANCE,
+        RGBA,
+        concat!("The temporal_tiles of the light of ", $source, "; the unit is its unshadowed light in the frames before."),
+    ),
+    image(
+        concat!($label, "_temporal_*"),
+        RADIANCE,
+        RGBA,
+        concat!("Means over the frames of both estimates of the light of ", $source, "; A is the number of frames, and of the unshadowed one the variance of one frame's shadowed luminance."),
+    ),
+    image(
+        concat!($label, "_reprojected_*"),
+        RADIANCE,
+        RGBA,
+        "What was found of the same means for the visible surface, where it was in the frame before.",
+    ),
+    image(
+        concat!($label, "_tile_sums"),
+        RADIANCE,
+        RGBA,
+        concat!("The tile_sums of the light of ", $source, "; the unit is its unshadowed light in the frames before."),
+    ),
+    image(concat!($label, "_given_up"), "share", RGBA, concat!("The given_up of the light of ", $source, ".")),
+        ]
+    };
+}
+
+const ENVIRONMENT_OVER_TIME: &[Entry] = &over_time!("environment", "the environment");
+const EMITTERS_OVER_TIME: &[Entry] = &over_time!("emitter", "surfaces that shine");
+
 /// The resource of this name in frames of a technique.
 #[must_use]
 pub fn entry(technique: &dyn Technique, resource: &str) -> Option<&'static Entry> {
-    let own = technique.dump_entries().iter().copied().flatten();
-    TABLE.iter().chain(own).find(|entry| entry.fits(resource))
+    entries(technique).find(|entry| entry.fits(resource))
+}
+
+/// Those of all frames, and those of a technique.
+fn entries(technique: &dyn Technique) -> impl Iterator<Item = &'static Entry> {
+    let of_all = [TABLE, ENVIRONMENT_OVER_TIME, EMITTERS_OVER_TIME];
+    of_all.into_iter().chain(technique.dump_entries().iter().copied()).flatten()
 }
 
 /// Longer names stand before names that they begin with.
-pub const TABLE: &[Entry] = &[
+const TABLE: &[Entry] = &[
     buffer(
         "frame_data",
         "see docs/dumps.md",
@@ -95,62 +136,12 @@ pub const TABLE: &[Entry] = &[
         "The same light without occlusion; A is 1 where there is a surface.",
     ),
     image(
-        "environment_temporal_tiles",
-        RADIANCE,
-        RGBA,
-        "The temporal_tiles of the light of the environment; the unit is its unshadowed light in the frames before.",
-    ),
-    image(
-        "environment_temporal_*",
-        RADIANCE,
-        RGBA,
-        "Means over the frames of both estimates of the light of the environment; A is the number of frames, and of the unshadowed one the variance of one frame's shadowed luminance.",
-    ),
-    image(
-        "environment_reprojected_*",
-        RADIANCE,
-        RGBA,
-        "What was found of the same means for the visible surface, where it was in the frame before.",
-    ),
-    image(
-        "environment_tile_sums",
-        RADIANCE,
-        RGBA,
-        "The tile_sums of the light of the environment; the unit is its unshadowed light in the frames before.",
-    ),
-    image("environment_given_up", "share", RGBA, "The given_up of the light of the environment."),
-    image(
         "emitter_shadowed*",
         RADIANCE,
         RGBA,
         "Light of surfaces that shine by themselves per unit albedo: as its shadow rays found it, its mean over the frames (blended), or after this many iterations of the filter, with its standard deviation in alpha.",
     ),
     image("emitter_unshadowed*", RADIANCE, RGBA, "The same light without occlusion; A is 1 where there is a surface."),
-    image(
-        "emitter_temporal_tiles",
-        RADIANCE,
-        RGBA,
-        "The temporal_tiles of the light of surfaces that shine; the unit is its unshadowed light in the frames before.",
-    ),
-    image(
-        "emitter_temporal_*",
-        RADIANCE,
-        RGBA,
-        "Means over the frames of both estimates of the light of surfaces that shine; A is the number of frames, and of the unshadowed one the variance of one frame's shadowed luminance.",
-    ),
-    image(
-        "emitter_reprojected_*",
-        RADIANCE,
-        RGBA,
-        "What was found of the same means for the visible surface, where it was in the frame before.",
-    ),
-    image(
-        "emitter_tile_sums",
-        RADIANCE,
-        RGBA,
-        "The tile_sums of the light of surfaces that shine; the unit is its unshadowed light in the frames before.",
-    ),
-    image("emitter_given_up", "share", RGBA, "The given_up of the light of surfaces that shine."),
     image(
         "direct",
         RADIANCE,
@@ -243,14 +234,9 @@ mod tests {
 
     const DOCS: &str = include_str!("../../../docs/dumps.md");
 
-    /// Every entry, of frames and techniques.
-    fn all() -> impl Iterator<Item = &'static Entry> {
-        TABLE.iter().chain(TECHNIQUES.iter().flat_map(|technique| technique.dump_entries()).copied().flatten())
-    }
-
     #[test]
     fn every_entry_is_documented_and_is_reached() {
-        for listed in all() {
+        for listed in TECHNIQUES.iter().flat_map(|technique| entries(*technique)) {
             let name = listed.name.trim_end_matches('*');
             assert!(listed.meaning.ends_with('.') && !listed.units.is_empty(), "{name}");
             let row = format!("| {} |", listed.meaning);
@@ -258,7 +244,7 @@ mod tests {
             assert!(documented, "{name} is missing in docs/dumps.md, or is described differently there");
         }
         for technique in TECHNIQUES {
-            for listed in TABLE.iter().chain(technique.dump_entries().iter().copied().flatten()) {
+            for listed in entries(*technique) {
                 let name = listed.name.trim_end_matches('*');
                 let found = entry(*technique, name).map(|e| e.name);
                 assert_eq!(found, Some(listed.name), "{name} is hidden by an entry before it");

@@ -152,13 +152,9 @@ fn check_half(settings: &Settings) -> Result<()> {
 
 /// Checks that there is something that frames can take over from those before.
 fn check_temporal(settings: &Settings, temporal: &str) -> Result<()> {
-    settings.require_shadow_samples(&format!("--temporal {temporal}"))?;
-    let frames = settings.render.accumulate;
-    require(frames == 1, || {
-        format!(
-            "--temporal {temporal} needs frames that follow each other, and --accumulate {frames} takes the mean of independent ones: leave one of them out"
-        )
-    })
+    let what = format!("--temporal {temporal}");
+    settings.require_shadow_samples(&what)?;
+    settings.require_successive_frames(&what)
 }
 
 /// What is taken over from the frames before. Frames of a mean are to be independent.

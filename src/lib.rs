@@ -25,6 +25,7 @@ pub mod random;
 pub mod renderer;
 pub mod report;
 pub mod scene;
+pub mod scene_mover;
 pub mod settings;
 pub mod shader;
 pub mod shared;

@@ -11,11 +11,12 @@ use crate::environment::upload::PreparedEnvironment;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Limits, SceneBytes, SceneData, ScenePart, SceneSet};
 use crate::points::PointCloud;
+use crate::scene::bvh::{self, SceneBvh};
 use crate::scene::chunks::chunks;
 use crate::scene::query_geometry::QueryGeometry;
 use crate::scene::refit::MovingBvh;
 use crate::scene::upload::{self, PreparedScene};
-use crate::scene::{Aabb, Scene, bvh};
+use crate::scene::{Aabb, Scene};
 use crate::settings::Rays;
 use crate::shared::{BvhNode, BvhTriangle, LIGHT_EMITTERS, PunctualLight, WORD_ROW_TEXELS};
 
@@ -28,6 +29,8 @@ pub struct UploadedScene {
     lamp_bounds: Aabb,
     /// Longest edge of any triangle's bounding box.
     pub(crate) largest_triangle: f32,
+    /// The same of triangles that never move.
+    largest_at_rest: f32,
     pub(crate) first_point_light: u32,
     pub(crate) light_count: u32,
     /// Triangles that shine by themselves.
@@ -172,6 +175,7 @@ impl UploadedScene {
             chunks: chunks(scene),
         };
         let set = Arc::new(SceneSet::new(gpu, &data)?);
+        let moving_vertices = scene.motion.moving_vertices(scene.vertices.len());
         let other_lights = lights[..*first_point_light as usize].to_vec();
         let first_point_light = *first_point_light;
         let light_count = lights.iter().filter(|light| light.kind != LIGHT_EMITTERS).count() as u32;
@@ -179,7 +183,8 @@ impl UploadedScene {
             set,
             bounds: scene.bounds,
             lamp_bounds: scene.lamp_bounds(),
-            largest_triangle: largest_triangle(scene),
+            largest_triangle: largest_triangle(scene, |_| true),
+            largest_at_rest: largest_triangle(scene, |corner| !moving_vertices[corner]),
             first_point_light,
             light_count,
             emitter_count: emitters.list.len() as u32,
@@ -202,36 +207,57 @@ impl UploadedScene {
         })
     }
 
-    /// Puts on the device where the scene, which is the one that was uploaded, has everything that moves. Waits; no frame
-    /// may be running. Points that stand for its surfaces have to be spread again.
+    /// Puts on the device where the scene, which is the one that was uploaded, has everything that moves, vertices as the host
+    /// has them. `scene_mover` leaves these to the device. Waits; no frame may be running. Points that stand for its surfaces have
+    /// to be spread again.
     ///
     /// # Errors
     /// When the device is lost.
     pub fn follow(&mut self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<()> {
-        let moves = scene.motion.moves();
-        if moves.lights {
-            let (lights, _) = upload::lights(scene, self.emitter_flux);
-            self.set.replace(gpu, ScenePart::Lights, bytemuck::cast_slice(&lights))?;
-            self.other_lights = lights[..self.first_point_light as usize].to_vec();
-        }
-        self.follow_environment(gpu, scene)?;
-        let Some(moving) = self.moving.as_ref().filter(|_| moves.geometry) else { return Ok(()) };
-        let bvh = moving.at(scene);
+        self.follow_lighting(gpu, scene)?;
+        let moves = scene.motion.moves().geometry;
+        let Some(moving) = self.moving.as_ref().filter(|_| moves).map(Arc::clone) else { return Ok(()) };
         self.set.keep_vertices(gpu)?;
-        self.vertex_moves += 1;
         self.set.replace(gpu, ScenePart::Vertices, bytemuck::cast_slice(&scene.vertices))?;
         if !scene.tangents.is_empty() {
             self.set.replace(gpu, ScenePart::Tangents, bytemuck::cast_slice(&scene.tangents))?;
         }
-        self.set.replace(gpu, ScenePart::Nodes, bytemuck::cast_slice(&bvh.nodes))?;
-        self.set.replace(gpu, ScenePart::Triangles, bytemuck::cast_slice(&bvh.triangles))?;
-        if self.has_structures {
-            // The tree may have been built anew, with its triangles in another order.
-            self.set.rebuild_structures(gpu, &QueryGeometry::new(scene, &bvh.triangles))?;
-        }
-        self.largest_triangle = largest_triangle(scene);
-        self.points.clear();
+        self.replace_tree(gpu, scene, &moving.at(scene))?;
+        self.vertices_have_moved(largest_triangle(scene, |_| true));
         Ok(())
+    }
+
+    /// Puts on the device where lights that move are, and the environment.
+    pub(crate) fn follow_lighting(&mut self, gpu: &Arc<Gpu>, scene: &Scene) -> Result<()> {
+        if scene.motion.moves().lights {
+            let (lights, _) = upload::lights(scene, self.emitter_flux);
+            self.set.replace(gpu, ScenePart::Lights, bytemuck::cast_slice(&lights))?;
+            self.other_lights = lights[..self.first_point_light as usize].to_vec();
+        }
+        self.follow_environment(gpu, scene)
+    }
+
+    /// Puts another tree over the scene's triangles on the device; waits.
+    pub(crate) fn replace_tree(&self, gpu: &Arc<Gpu>, scene: &Scene, tree: &SceneBvh) -> Result<()> {
+        self.set.replace(gpu, ScenePart::Nodes, bytemuck::cast_slice(&tree.nodes))?;
+        self.set.replace(gpu, ScenePart::Triangles, bytemuck::cast_slice(&tree.triangles))?;
+        if self.has_structures {
+            // Its triangles may have another order.
+            self.set.rebuild_structures(gpu, &QueryGeometry::new(scene, &tree.triangles))?;
+        }
+        Ok(())
+    }
+
+    /// The vertices on the device are others than before, and of the triangles that may have moved the largest is so large.
+    pub(crate) fn vertices_have_moved(&mut self, largest_triangle: f32) {
+        self.vertex_moves += 1;
+        self.largest_triangle = largest_triangle.max(self.largest_at_rest);
+        self.points.clear();
+    }
+
+    /// The tree that follows triangles which move.
+    pub(crate) fn moving_bvh(&self) -> Option<&Arc<MovingBvh>> {
+        self.moving.as_ref()
     }
 
     /// Puts the scene's environment on the device, where it is another one than before.
@@ -324,6 +350,12 @@ impl UploadedScene {
         self.moving.is_some()
     }
 
+    /// Longest edge of the bounding box of any triangle.
+    #[must_use]
+    pub fn largest_triangle(&self) -> f32 {
+        self.largest_triangle
+    }
+
     /// How often its vertices have moved. Those from before the last time are on the device as well.
     #[must_use]
     pub fn vertex_moves(&self) -> u64 {
@@ -373,14 +405,15 @@ fn environment_flux(environment: &PreparedEnvironment, bounds: &Aabb) -> f64 {
     environment.scalar_irradiance * std::f64::consts::PI * radius * radius
 }
 
-/// Longest edge of any triangle's bounding box.
-fn largest_triangle(scene: &Scene) -> f32 {
+/// Longest edge of the bounding box of any triangle of such corners.
+fn largest_triangle(scene: &Scene, counts: impl Fn(usize) -> bool) -> f32 {
     let corner = |i: &u32| Vec3::from(scene.vertices[*i as usize].position_ws);
     let edge = |t: &[u32]| {
         let [a, b, c] = [0, 1, 2].map(|k| corner(&t[k]));
         (a.max(b).max(c) - a.min(b).min(c)).max_element()
     };
-    scene.indices.chunks_exact(3).map(edge).fold(0.0, f32::max)
+    let counted = scene.indices.chunks_exact(3).filter(|t| t.iter().all(|corner| counts(*corner as usize)));
+    counted.map(edge).fold(0.0, f32::max)
 }
 
 /// Fails where a device cannot trace rays in this way.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use gridlight::shader::spirv;
-use gridlight::shared::{FieldInfo, FieldKind, STRUCTS, StructInfo};
+use gridlight::shared::{FieldInfo, FieldKind, MOTION_STRUCTS, STRUCTS, StructInfo};
 use rspirv::dr::{Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 
@@ -25,7 +25,8 @@ struct Shared {
 
 fn shared_structs() -> Vec<Shared> {
     let members = |info: &StructInfo| info.fields.iter().map(|field| (field.offset_bytes, field.name)).collect();
-    STRUCTS.iter().map(|info| Shared { name: info.name, size: info.size_bytes, members: members(info) }).collect()
+    let all = STRUCTS.iter().chain(MOTION_STRUCTS);
+    all.map(|info| Shared { name: info.name, size: info.size_bytes, members: members(info) }).collect()
 }
 
 fn id(operand: &Operand) -> u32 {

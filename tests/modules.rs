@@ -15,7 +15,7 @@ const LAYERS: &[&[&str]] = &[
     &["uploaded_scene"],
     &["job"],
     &["passes"],
-    &["dump"],
+    &["dump", "scene_mover"],
     &["techniques"],
     &["cli", "frame"],
     &["renderer"],

@@ -3,8 +3,6 @@
 mod common;
 mod support;
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use common::rooms::{add_quad, camera, furnished_room};
 use glam::Vec3;
 use gridlight::gpu::{Executor, TransferOp, Work};
@@ -16,10 +14,9 @@ use gridlight::scene::bvh::{self, SceneBvh};
 use gridlight::scene::refit::MovingBvh;
 use gridlight::scene::testing::{box_room, shared_dir};
 use gridlight::scene::{Draw, Light, Material, Scene, Texture, Vertex, gltf};
+use gridlight::scene_mover::SceneMover;
 use gridlight::settings::{LightSet, Rays, Settings, ShadowPoints, Size, Technique, View};
-use serde_json::json;
-use support::animated::playing;
-use support::{floats, quad_glb};
+use support::animated::screens_that_change_places;
 
 /// Share of shadow rays that must agree.
 const AGREEMENT: f64 = 0.999;
@@ -192,35 +189,6 @@ fn structures_follow_vertices_that_a_pass_moves() {
     }
 }
 
-/// Screens in rows over a floor, before a lamp, and change places with each other in two seconds.
-fn screens_that_change_places() -> Scene {
-    const SCREENS: usize = 64;
-    let place = |at: usize| [0.7 * (at % 8) as f32 - 2.5, 0.3 + 0.35 * (at / 8) as f32, 0.1 * (at % 3) as f32];
-    let glb = quad_glb(|document, bin| {
-        document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 40.0}]}});
-        document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
-        let mut nodes = vec![
-            json!({"mesh": 0}),
-            json!({"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0.0, 1.8, 1.5]}),
-            json!({"camera": 0, "translation": [0.0, 1.4, 4.5]}),
-        ];
-        let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-        let input = floats(document, bin, "SCALAR", &[0.0, 2.0]);
-        for screen in 0..SCREENS {
-            // 27 and 64 have no divisor in common.
-            let output = floats(document, bin, "VEC3", &[place(screen), place(27 * screen % SCREENS)].concat());
-            samplers.push(json!({"input": input, "output": output}));
-            channels.push(json!({"sampler": screen, "target": {"node": nodes.len(), "path": "translation"}}));
-            let upright = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
-            nodes.push(json!({"mesh": 0, "scale": [0.2, 0.2, 0.2], "rotation": upright, "translation": place(screen)}));
-        }
-        document["scenes"][0]["nodes"] = (0..nodes.len()).collect();
-        document["nodes"] = nodes.into();
-        document["animations"] = json!([{"samplers": samplers, "channels": channels}]);
-    });
-    playing(&glb)
-}
-
 /// The triangles of a tree in its order.
 fn order(tree: &SceneBvh) -> Vec<u32> {
     tree.triangles.iter().map(|triangle| triangle.triangle_index).collect()
@@ -243,16 +211,25 @@ fn structures_follow_a_scene_in_motion() {
             s.render.view = View::Direct;
         })
     };
-    let mut uploaded = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).unwrap();
-    let at_rest = render(&test, &uploaded, &scene, &settings(Rays::Query));
-    for time_s in [0.05, 1.0, 1.9, 0.05] {
-        scene.pose(time_s);
-        uploaded.follow(&test.gpu, &scene).unwrap();
-        let [bvh, query] = [Rays::Bvh, Rays::Query].map(|rays| render(&test, &uploaded, &scene, &settings(rays)));
-        let agreeing = agreement(&bvh, &query);
-        eprintln!("{time_s} s: {:.4} % of shadow rays agree", 100.0 * agreeing);
-        assert!(agreeing >= AGREEMENT, "{time_s} s: {agreeing}");
-        let still = agreement(&at_rest, &bvh);
-        assert!(still < AGREEMENT, "{time_s} s: shadows of a scene at rest are not noticed: {still}");
+    for on_device in [false, true] {
+        scene.pose(0.0);
+        let mut uploaded = UploadedScene::with_rays(&test.gpu, &scene, Rays::Query).unwrap();
+        let mut mover = SceneMover::new(&test.gpu, &scene, &uploaded).unwrap();
+        let at_rest = render(&test, &uploaded, &scene, &settings(Rays::Query));
+        for time_s in [0.05, 1.0, 1.9, 0.05] {
+            if on_device {
+                scene.pose_without_vertices(time_s);
+                mover.follow(&mut uploaded, &mut scene).unwrap();
+            } else {
+                scene.pose(time_s);
+                uploaded.follow(&test.gpu, &scene).unwrap();
+            }
+            let [bvh, query] = [Rays::Bvh, Rays::Query].map(|rays| render(&test, &uploaded, &scene, &settings(rays)));
+            let agreeing = agreement(&bvh, &query);
+            eprintln!("{time_s} s: {:.4} % of shadow rays agree", 100.0 * agreeing);
+            assert!(agreeing >= AGREEMENT, "{time_s} s: {agreeing}");
+            let still = agreement(&at_rest, &bvh);
+            assert!(still < AGREEMENT, "{time_s} s: shadows of a scene at rest are not noticed: {still}");
+        }
     }
 }

@@ -334,14 +334,17 @@ fn every_module_runs_in_some_mode() {
     let before_frames = |name: &str| name.starts_with("light_starts/");
     // Scenes whose vertices move need this: tests/temporal runs it.
     let of_moving = |name: &str| name.ends_with("_motion_vertices.vert");
+    // What moves such a scene between frames: tests/scene_mover.rs runs it.
+    let between_frames = |name: &str| name.starts_with("motion/") || name.starts_with("refit/");
     // Passes of tests have these: tests/graph_on_gpu.rs runs them.
     let in_tests = |name: &str| name.starts_with("tests/");
     let query = test.gpu.features().ray_query;
     let can_run = |name: &str| (exact || !name.contains("_exact")) && (query || !name.contains("_query"));
     let unused: Vec<&str> = spirv::names()
         .filter(|name| {
-            let elsewhere = in_a_window(name) || before_frames(name) || of_moving(name) || in_tests(name);
-            !used.contains(*name) && !elsewhere && can_run(name)
+            let elsewhere =
+                [in_a_window(name), before_frames(name), of_moving(name), between_frames(name), in_tests(name)];
+            !used.contains(*name) && !elsewhere.contains(&true) && can_run(name)
         })
         .collect();
     assert!(unused.is_empty(), "no mode of the frame uses {unused:?}");

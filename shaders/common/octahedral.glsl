@@ -1,9 +1,12 @@
 // Unit vectors in 32 bits: octahedral mapping, two 16-bit snorm. Rust: scene::octahedral.
-uint pack_octahedral(vec3 n) {
+// The place of a direction in the square from -1 to 1.
+vec2 octahedral_place(vec3 n) {
     n /= abs(n.x) + abs(n.y) + abs(n.z);
     vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-    return packSnorm2x16(n.z >= 0.0 ? n.xy : folded);
+    return n.z >= 0.0 ? n.xy : folded;
 }
+
+uint pack_octahedral(vec3 n) { return packSnorm2x16(octahedral_place(n)); }
 
 // Precise, as several shaders sum normals of lights and their sums are to be the same to the bit.
 vec3 unpack_octahedral(uint packed_normal) {

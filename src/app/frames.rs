@@ -29,6 +29,11 @@ pub trait AroundFrames {
     /// Whatever stands in the way of the frame.
     fn before(&mut self, renderer: &mut Renderer, frame: u32) -> Result<()>;
 
+    /// Passes that ran before the frame, for it alone, and how long they took in milliseconds: the same ones for all frames.
+    fn passes_before(&mut self) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+
     /// Whether a frame is thrown away, because it had no room for something that another one will have.
     ///
     /// # Errors
@@ -78,7 +83,11 @@ pub fn run_frames(
     let mut complaint = None;
     for index in 0..warmup + measured {
         let number = index.saturating_sub(warmup) as u32;
+        if let Some(capture) = &mut capture {
+            capture.begin(index);
+        }
         around.before(renderer, number)?;
+        let mut pass_ms = around.passes_before();
         if settings.render.accumulate > 1 {
             renderer.set_accumulated_frame(number, Fresh::All);
         }
@@ -86,9 +95,6 @@ pub fn run_frames(
             bar.set(SUBDIVISION * index + SUBDIVISION * u64::from(done) / u64::from(total.max(1)));
             interrupt::control_flow()
         };
-        if let Some(capture) = &mut capture {
-            capture.begin(index);
-        }
         let max_submit_ms = f64::from(settings.device.max_submit_ms);
         let mut frame = renderer.run_in_steps(max_submit_ms, &mut on_step)?;
         if around.render_again(renderer, number)? {
@@ -98,8 +104,8 @@ pub fn run_frames(
             capture.end(true)?;
         }
         if index >= warmup {
-            let gpu_ms = frame.times.gpu_ms();
-            let pass_ms = names.iter().cloned().zip(frame.times.pass_ms).collect();
+            let gpu_ms = frame.times.gpu_ms() + pass_ms.iter().map(|(_, ms)| ms).sum::<f64>();
+            pass_ms.extend(names.iter().cloned().zip(frame.times.pass_ms));
             times.push(FrameTimes { pass_ms, gpu_ms, cpu_ms: frame.times.cpu_ms });
             log::debug!("frame {} of {measured}: {gpu_ms:.1} ms", times.len());
         }

@@ -21,6 +21,7 @@ use crate::report::table::table;
 use crate::report::timings::{Device, Memory, Program, RayRates, RunReport, RunTimes, SCHEMA, to_csv};
 use crate::report::{emptiness, inspected};
 use crate::scene::Scene;
+use crate::scene_mover::SceneMover;
 use crate::settings::{Settings, View};
 use crate::{Error, Result, interrupt};
 
@@ -46,6 +47,7 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
     let mut sequence = Sequence {
         gpu: &gpu,
         settings,
+        mover: SceneMover::new(&gpu, &scene, &uploaded)?,
         scene: &mut scene,
         uploaded: &mut uploaded,
         shown_s: settings.motion.time_s,
@@ -53,6 +55,7 @@ pub fn render(settings: &Settings, verbosity: Verbosity) -> Result<()> {
     };
     let Frames { times: frames, interrupted, complaint } =
         run_frames(&mut renderer, settings, capture, &mut sequence, &progress)?;
+    scene.pose_vertices();
     let camera = &seen(&scene)?;
     let job = Job::new(&gpu, &uploaded, camera, settings);
     let times = RunTimes::of(&frames).ok_or_else(|| Error::Failure("no frame was measured".to_owned()))?;

@@ -11,6 +11,7 @@ use crate::files::OutputFile;
 use crate::gpu::Gpu;
 use crate::renderer::{Fresh, Job, Renderer, UploadedScene};
 use crate::scene::Scene;
+use crate::scene_mover::SceneMover;
 use crate::settings::{Settings, VplSeeds};
 use crate::{Result, techniques};
 
@@ -24,6 +25,8 @@ pub struct Sequence<'a> {
     pub scene: &'a mut Scene,
     /// The scene on the device.
     pub uploaded: &'a mut UploadedScene,
+    /// What moves it there.
+    pub mover: SceneMover,
     /// The moment that is shown, in seconds.
     pub shown_s: f64,
     /// The files of the frames that are not rendered yet.
@@ -34,7 +37,11 @@ impl Sequence<'_> {
     /// Compiles a frame for where the scene is now, with everything measured anew.
     fn renderer(&mut self) -> Result<Renderer> {
         let settings = self.settings;
-        self.uploaded.spread_points(self.scene, techniques::of(settings)?.point_count_log2(settings))?;
+        let point_count_log2 = techniques::of(settings)?.point_count_log2(settings);
+        if point_count_log2.is_some() {
+            self.scene.pose_vertices();
+        }
+        self.uploaded.spread_points(self.scene, point_count_log2)?;
         let camera = find_camera(self.scene, settings.scene.camera.as_deref())?;
         Renderer::new(&Job::new(self.gpu, self.uploaded, &camera, settings))
     }
@@ -46,9 +53,9 @@ impl Sequence<'_> {
             return Ok(());
         }
         self.shown_s = moment_s;
-        self.scene.pose(moment_s);
+        self.scene.pose_without_vertices(moment_s);
         let has_other_sky = lighting::follow(self.scene, settings.scene.sun, &settings.environment);
-        self.uploaded.follow(self.gpu, self.scene)?;
+        self.mover.follow(self.uploaded, self.scene)?;
         let has_points = techniques::of(settings)?.point_count_log2(settings).is_some();
         if has_points && (moves.geometry || has_other_sky) {
             // The points and the means of the sky are part of what is compiled.
@@ -88,6 +95,10 @@ impl AroundFrames for Sequence<'_> {
         self.show(renderer, self.settings.motion.moment_s(of_moment))?;
         self.seed(renderer, frame);
         Ok(())
+    }
+
+    fn passes_before(&mut self) -> Vec<(String, f64)> {
+        self.mover.pass_names().into_iter().zip(self.mover.take_pass_ms()).collect()
     }
 
     fn render_again(&mut self, renderer: &mut Renderer, frame: u32) -> Result<bool> {

@@ -31,6 +31,12 @@ pub struct Written {
 /// The scene's buffers as shaders read them; a short one is padded to 64 bytes.
 #[derive(Clone, Debug)]
 pub struct SceneBytes {
+    /// Scene vertices.
+    pub vertices: Vec<u8>,
+    /// Packed tangents of the vertices up to the last that has one; a word where there are none.
+    pub tangents: Vec<u8>,
+    /// `BvhNode`s.
+    pub nodes: Vec<u8>,
     /// `BvhTriangle`s in leaf order.
     pub triangles: Vec<u8>,
     /// `GpuMaterial`s.
@@ -145,6 +151,13 @@ impl SceneSet {
     pub fn read_back(&self, gpu: &Arc<Device>) -> Result<SceneBytes> {
         let read = |buffer: &Buffer| transfer::download_buffer(gpu, buffer.raw, buffer.size_bytes);
         let [materials, lights] = &self.buffers;
-        Ok(SceneBytes { triangles: self.triangles.read_back(gpu)?, materials: read(materials)?, lights: read(lights)? })
+        Ok(SceneBytes {
+            vertices: read(&self.vertices)?,
+            tangents: read(&self.tangents)?,
+            nodes: self.nodes.read_back(gpu)?,
+            triangles: self.triangles.read_back(gpu)?,
+            materials: read(materials)?,
+            lights: read(lights)?,
+        })
     }
 }

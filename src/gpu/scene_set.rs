@@ -149,7 +149,7 @@ pub struct SceneSet {
     /// A set per material with each filter of [`TEXTURE_FILTERS`].
     pub(super) materials: Sets,
     pub(super) vertices: Buffer,
-    tangents: Buffer,
+    pub(super) tangents: Buffer,
     previous_vertices: Option<Buffer>,
     pub(super) indices: Buffer,
     pub(super) chunks: Vec<Chunk>,
@@ -158,7 +158,7 @@ pub struct SceneSet {
     emitters: Buffer,
     /// BVH triangles.
     pub(super) triangles: WordImage,
-    nodes: WordImage,
+    pub(super) nodes: WordImage,
     environment: EnvironmentParts,
     query: Option<(Acceleration, Buffer)>,
     _images: Vec<Image>,

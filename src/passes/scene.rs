@@ -7,6 +7,9 @@ use crate::gpu::{ENVIRONMENT_FORMAT, ScenePart, Work};
 use crate::graph::{Access, BufferHandle, Graph, ImageHandle, Pass};
 use crate::settings::Rays;
 
+/// Four words in a texel.
+const WORDS: vk::Format = vk::Format::R32G32B32A32_UINT;
+
 /// The scene's parts, which every frame of every graph shares.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneParts {
@@ -55,8 +58,7 @@ impl SceneParts {
         let structures = [ScenePart::TopStructure, ScenePart::BottomStructure, ScenePart::StructureTriangles];
         let structures = (rays == Rays::Query).then(|| structures.map(&mut buffer));
         let environment = graph.imported_image(ScenePart::EnvironmentMap.name(), ENVIRONMENT_FORMAT);
-        let words = vk::Format::R32G32B32A32_UINT;
-        let mut image = |part: ScenePart| graph.imported_image(part.name(), words);
+        let mut image = |part: ScenePart| graph.imported_image(part.name(), WORDS);
         let triangles = image(ScenePart::Triangles);
         let walked = structures.map_or_else(|| Walked::Bvh(image(ScenePart::Nodes)), Walked::Structures);
         let previous_vertices = None;
@@ -79,6 +81,14 @@ impl SceneParts {
     pub fn declare_previous(&mut self, graph: &mut Graph<Work>) -> BufferHandle {
         let part = ScenePart::PreviousVertices.name();
         *self.previous_vertices.get_or_insert_with(|| graph.imported_buffer(part))
+    }
+
+    /// Declares the BVH's nodes beside acceleration structures.
+    pub fn declare_nodes(&self, graph: &mut Graph<Work>) -> ImageHandle {
+        match self.walked {
+            Walked::Bvh(nodes) => nodes,
+            Walked::Structures(_) => graph.imported_image(ScenePart::Nodes.name(), WORDS),
+        }
     }
 
     /// A compute pass that traces rays, looks at what they hit, and reads the scene's lights and environment.

@@ -18,13 +18,14 @@ use super::motion::{Body, Motion};
 use super::octahedral::{NO_TANGENT, pack_octahedral, pack_tangent};
 use super::{Material, Vertex};
 use crate::Result;
+use crate::shared::MOST_METRES;
 
 /// The most vertices, and the most triangles, a scene may have.
 const MAX_COUNT: u64 = 1 << 26;
 /// What a primitive counts at least: reading very many without any vertex takes time too.
 const LEAST_VERTICES: u64 = 8;
 /// The farthest a vertex may be from the origin: beyond it, areas overflow in single precision.
-const MAX_COORDINATE: f32 = 1e9;
+const MAX_COORDINATE: f32 = MOST_METRES as f32;
 
 /// Geometry gathered so far.
 #[derive(Default)]

@@ -3,13 +3,10 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-/// What stands for no tangent: no direction has this y.
-pub const NO_TANGENT: u32 = 0x8000_0000;
+pub use crate::shared::NO_TANGENT;
+use crate::shared::{MOST_TANGENT_X, TANGENT_SIDE};
 
-/// Largest x of a packed tangent, which has 15 bits.
-const MOST_X: f32 = 16383.0;
-/// The bit of a packed tangent that is set where w is negative.
-const SIDE_BIT: u32 = 1 << 15;
+const MOST_X: f32 = MOST_TANGENT_X as f32;
 
 /// A unit vector as two snorm16, x in the low half. A zero or non-finite vector packs as +z.
 #[must_use]
@@ -23,8 +20,8 @@ pub fn pack_octahedral(normal: Vec3) -> u32 {
 #[must_use]
 pub fn pack_tangent(tangent: Vec4) -> u32 {
     let Some(e) = flattened(tangent.truncate()) else { return NO_TANGENT };
-    let x = (e.x.clamp(-1.0, 1.0) * MOST_X).round() as i32 as u32 & (SIDE_BIT - 1);
-    x | (if tangent.w < 0.0 { SIDE_BIT } else { 0 }) | (u32::from(snorm16(e.y)) << 16)
+    let x = (e.x.clamp(-1.0, 1.0) * MOST_X).round() as i32 as u32 & (TANGENT_SIDE - 1);
+    x | (if tangent.w < 0.0 { TANGENT_SIDE } else { 0 }) | (u32::from(snorm16(e.y)) << 16)
 }
 
 /// The tangent that [`pack_tangent`] stored; 0 for none.
@@ -35,7 +32,7 @@ pub fn unpack_tangent(packed: u32) -> Vec4 {
     }
     let x = ((packed << 17) as i32 >> 17) as f32 / MOST_X;
     let direction = unfolded(Vec2::new(x, from_snorm16((packed >> 16) as u16)));
-    direction.extend(if packed & SIDE_BIT != 0 { -1.0 } else { 1.0 })
+    direction.extend(if packed & TANGENT_SIDE != 0 { -1.0 } else { 1.0 })
 }
 
 /// The unit vector that [`pack_octahedral`] stored.

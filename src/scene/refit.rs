@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::bvh::{SceneBvh, build};
 use super::{Aabb, Scene};
-use crate::shared::{BvhNode, BvhTriangle};
+use crate::shared::{BvhNode, BvhTriangle, NodeBox};
 
 /// A tree that costs rays so much more than when it was built is built anew.
 const WORST_COST: f32 = 1.5;
@@ -12,6 +12,8 @@ const WORST_COST: f32 = 1.5;
 const TRIANGLE_COST: f32 = 0.3;
 /// The least unit of a node's planes: 2 to the power of -60.
 const LEAST_EXPONENT: i32 = -60;
+/// The greatest, whose inverse is a number as well.
+const MOST_EXPONENT: i32 = 126;
 /// Planes are whole numbers of units up to this. One less than fits, as rounding moves the last one outwards.
 const MOST_UNITS: f32 = 254.0;
 
@@ -22,16 +24,24 @@ const SLOTS: usize = 8;
 pub struct MovingBvh {
     /// The tree as it was built.
     built: SceneBvh,
-    built_cost: f32,
+    /// Boxes of its nodes then.
+    boxes: Vec<NodeBox>,
+}
+
+/// What of a tree follows vertices that move.
+pub struct MovingParts {
+    /// Triangles with a corner that moves, by their places in the tree.
+    pub triangles: Vec<u32>,
+    /// Nodes above such triangles, by their height above them: a level needs those before it.
+    pub levels: Vec<Vec<u32>>,
 }
 
 impl MovingBvh {
     /// Follows a tree that was built of a scene.
     #[must_use]
     pub fn new(built: &SceneBvh) -> Self {
-        let built = built.clone();
-        let (_, built_cost) = refit(built.nodes.clone(), &built.triangles);
-        Self { built, built_cost }
+        let (nodes, boxes) = refit(built.nodes.clone(), &built.triangles);
+        Self { built: SceneBvh { nodes, ..built.clone() }, boxes }
     }
 
     /// Nodes that any tree of so many triangles is expected to take at most.
@@ -40,22 +50,94 @@ impl MovingBvh {
         triangles.div_ceil(4) + 8
     }
 
+    /// The tree as it was built.
+    #[must_use]
+    pub fn built(&self) -> &SceneBvh {
+        &self.built
+    }
+
+    /// Boxes of its nodes then.
+    #[must_use]
+    pub fn boxes(&self) -> &[NodeBox] {
+        &self.boxes
+    }
+
+    /// What of the tree follows the vertices of a scene that move.
+    #[must_use]
+    pub fn moving_parts(&self, scene: &Scene) -> MovingParts {
+        let moves = scene.motion.moving_vertices(scene.vertices.len());
+        let triangle_moves: Vec<bool> = self
+            .built
+            .triangles
+            .iter()
+            .map(|t| scene.indices[3 * t.triangle_index as usize..][..3].iter().any(|vertex| moves[*vertex as usize]))
+            .collect();
+        let mut heights: Vec<Option<usize>> = vec![None; self.built.nodes.len()];
+        let mut levels = Vec::new();
+        for (index, node) in self.built.nodes.iter().enumerate().rev() {
+            let height = (0..SLOTS).filter_map(|slot| match child(node, slot) {
+                Child::Nothing => None,
+                Child::Inner(child) => heights[child].map(|height| height + 1),
+                Child::Leaf(range) => triangle_moves[range].contains(&true).then_some(0),
+            });
+            heights[index] = height.max();
+            if let Some(height) = heights[index] {
+                levels.resize_with(levels.len().max(height + 1), Vec::new);
+                levels[height].push(index as u32);
+            }
+        }
+        let triangles = (0..).zip(triangle_moves).filter_map(|(place, moves)| moves.then_some(place)).collect();
+        MovingParts { triangles, levels }
+    }
+
+    /// Its nodes around triangles, in its order, that have moved.
+    #[must_use]
+    pub fn nodes_around(&self, triangles: &[BvhTriangle]) -> Vec<BvhNode> {
+        refit(self.built.nodes.clone(), triangles).0
+    }
+
     /// The tree of the scene where it is now. A tree that has become bad is built anew, as long as it fits the room.
     #[must_use]
     pub fn at(&self, scene: &Scene) -> SceneBvh {
         let triangles: Vec<_> = self.built.triangles.iter().map(|triangle| moved(triangle, scene)).collect();
-        let (nodes, cost) = refit(self.built.nodes.clone(), &triangles);
-        let room = self.built.nodes.len().max(Self::node_capacity(triangles.len()));
-        if cost.is_nan() || cost > WORST_COST * self.built_cost {
-            let anew = build(scene);
-            log::debug!("the BVH is built anew: {cost:.1} after {:.1}, {:.0} ms", self.built_cost, anew.build_ms);
-            if anew.nodes.len() <= room && anew.check_depth().is_ok() {
-                let (nodes, _) = refit(anew.nodes, &anew.triangles);
-                return SceneBvh { nodes, ..anew };
-            }
-        }
-        SceneBvh { nodes, triangles, depth: self.built.depth, build_ms: 0.0 }
+        let (nodes, boxes) = refit(self.built.nodes.clone(), &triangles);
+        let refitted = || SceneBvh { nodes, triangles, depth: self.built.depth, build_ms: 0.0 };
+        self.built_anew(scene, relative_cost(&boxes)).unwrap_or_else(refitted)
     }
+
+    /// Another tree of the scene where it is now, if the one that has followed it costs rays so much that another is worth it,
+    /// and that one fits the room.
+    #[must_use]
+    pub fn built_anew(&self, scene: &Scene, cost: f32) -> Option<SceneBvh> {
+        if !self.is_bad(cost) {
+            return None;
+        }
+        let room = self.built.nodes.len().max(Self::node_capacity(self.built.triangles.len()));
+        let anew = build(scene);
+        let built_cost = relative_cost(&self.boxes);
+        log::debug!("the BVH is built anew: {cost:.1} after {built_cost:.1}, {:.0} ms", anew.build_ms);
+        if anew.nodes.len() > room || anew.check_depth().is_err() {
+            return None;
+        }
+        let (nodes, _) = refit(anew.nodes, &anew.triangles);
+        Some(SceneBvh { nodes, ..anew })
+    }
+
+    /// Whether a tree of this cost ([`MovedTree::cost`](crate::shared::MovedTree::cost)) is to be built anew.
+    #[must_use]
+    pub fn is_bad(&self, cost: f32) -> bool {
+        cost.is_nan() || cost > WORST_COST * relative_cost(&self.boxes)
+    }
+}
+
+/// What a tree costs rays, over the area of its root.
+fn relative_cost(boxes: &[NodeBox]) -> f32 {
+    let root = area(&bounds_of(&boxes[0]));
+    if root > 0.0 { boxes[0].cost / root } else { boxes[0].cost }
+}
+
+fn bounds_of(node: &NodeBox) -> Aabb {
+    Aabb { min: node.min.into(), max: node.max.into() }
 }
 
 /// A triangle where its corners are now.
@@ -73,19 +155,20 @@ enum Child {
     Leaf(std::ops::Range<usize>),
 }
 
-/// Gives the nodes boxes around the triangles, children before parents, and what the tree costs rays: the areas of its
-/// children over that of the root.
-fn refit(mut nodes: Vec<BvhNode>, triangles: &[BvhTriangle]) -> (Vec<BvhNode>, f32) {
-    let mut boxes = vec![Aabb::EMPTY; nodes.len()];
-    let mut cost = 0.0;
+/// Gives the nodes boxes around the triangles, children before parents. Twin of the shader `refit/fit_nodes`.
+fn refit(mut nodes: Vec<BvhNode>, triangles: &[BvhTriangle]) -> (Vec<BvhNode>, Vec<NodeBox>) {
+    let mut boxes: Vec<NodeBox> = vec![bytemuck::Zeroable::zeroed(); nodes.len()];
     // Children lie behind their parents.
     for index in (0..nodes.len()).rev() {
         let node = &mut nodes[index];
+        let mut cost = 0.0;
         let children: [Aabb; SLOTS] = std::array::from_fn(|slot| match child(node, slot) {
             Child::Nothing => Aabb::EMPTY,
             Child::Inner(child) => {
-                cost += area(&boxes[child]);
-                boxes[child]
+                let inside = bounds_of(&boxes[child]);
+                cost += boxes[child].cost;
+                cost += area(&inside);
+                inside
             }
             Child::Leaf(range) => {
                 let count = range.len() as f32;
@@ -94,11 +177,11 @@ fn refit(mut nodes: Vec<BvhNode>, triangles: &[BvhTriangle]) -> (Vec<BvhNode>, f
                 inside
             }
         });
-        boxes[index] = children.iter().fold(Aabb::EMPTY, |all, child| all.union(child));
-        enclose(node, &boxes[index], &children);
+        let Aabb { min, max } = children.iter().fold(Aabb::EMPTY, |all, child| all.union(child));
+        boxes[index] = NodeBox { min: min.to_array(), cost, max: max.to_array(), padding: 0 };
+        enclose(node, &Aabb { min, max }, &children);
     }
-    let root = area(&boxes[0]);
-    (nodes, if root > 0.0 { cost / root } else { cost })
+    (nodes, boxes)
 }
 
 fn corners(triangle: &BvhTriangle) -> [Vec3; 3] {
@@ -148,9 +231,10 @@ fn enclose(node: &mut BvhNode, bounds: &Aabb, children: &[Aabb; SLOTS]) {
 
 /// Exponent of the least unit of which the planes' numbers reach over an extent.
 fn unit_exponent(extent: f32) -> i32 {
-    let mut exponent = if extent > 0.0 { (extent / MOST_UNITS).log2().floor() as i32 } else { LEAST_EXPONENT };
-    exponent = exponent.clamp(LEAST_EXPONENT, 126);
-    while exponent < 127 && MOST_UNITS * f32::exp2(exponent as f32) < extent {
+    // 254 units of an exponent that is lower by 8 than the extent's are less than it.
+    let mut exponent = (extent.to_bits() >> 23) as i32 - 127 - 7;
+    exponent = exponent.clamp(LEAST_EXPONENT, MOST_EXPONENT);
+    while exponent < MOST_EXPONENT && MOST_UNITS * f32::exp2(exponent as f32) < extent {
         exponent += 1;
     }
     exponent

@@ -3,10 +3,12 @@
 
 use std::fmt::Write as _;
 
+mod motion;
 mod structs;
 mod table;
 mod texels;
 
+pub use motion::{ALL as MOTION_STRUCTS, JointWeight, MorphOffset, MovedTree, MovingBody, NodeBox, RestVertex};
 pub use structs::{
     ALL as STRUCTS, BuiltGrid, CacheCounts, CachePlace, Emitter, FrameData, GpuMaterial, GridLight, GridPlacement,
     InspectedLevel, InspectedPixel, InspectedSample, InspectedTexel, LEVEL_ROWS, MicroTexel, PointCounts,
@@ -22,7 +24,8 @@ pub use texels::{ALL as TEXEL_STRUCTS, BvhNode, BvhTriangle, PackedNode};
 pub fn glsl_struct(name: &str) -> Option<String> {
     let named = |list: &'static [StructInfo]| list.iter().find(|info| info.name == name);
     let from_texels = |info: &StructInfo| info.glsl() + &info.glsl_from_texels();
-    named(STRUCTS).map(StructInfo::glsl).or_else(|| named(TEXEL_STRUCTS).map(from_texels))
+    let laid_out = named(STRUCTS).or_else(|| named(MOTION_STRUCTS));
+    laid_out.map(StructInfo::glsl).or_else(|| named(TEXEL_STRUCTS).map(from_texels))
 }
 
 macro_rules! shared_constants {
@@ -116,6 +119,22 @@ shared_constants! {
     WORD_ROW_TEXELS = 4096;
     /// No eight-wide BVH is deeper: a traversal stacks at most one group of siblings for each level.
     MAX_WIDE_DEPTH = 32;
+    /// Flag of a `MovingBody` whose triangles have the order of their corners turned, because the node mirrors.
+    BODY_IS_TURNED = 1;
+    /// Flag of a `MovingBody` whose vertices have tangents.
+    BODY_HAS_TANGENTS = 2;
+    /// Flag of a `MovingBody` whose vertices have the normals of their triangles.
+    BODY_IS_FLAT = 4;
+    /// What stands for no packed tangent: no direction has this y.
+    NO_TANGENT = 0x8000_0000;
+    /// The bit of a packed tangent that is set where the bitangent is on the other side; x has the bits below.
+    TANGENT_SIDE = 0x8000;
+    /// Largest x of a packed tangent, which has 15 bits.
+    MOST_TANGENT_X = 16_383;
+    /// Words of a matrix in a pose: four columns of three numbers.
+    POSE_MATRIX_WORDS = 12;
+    /// The farthest a vertex may be from the origin along an axis, in metres.
+    MOST_METRES = 1_000_000_000;
     /// Flag of a `BvhTriangle` whose material is alpha-masked.
     TRIANGLE_ALPHA_MASKED = 1;
     /// In the last word of a `PackedNode`: its representative leaf.

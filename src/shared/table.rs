@@ -149,6 +149,7 @@ field_types! {
     [[f32; 4]; 4] => "mat4", Float, [4, 4];
     u32 => "uint", Uint, [];
     [u32; 2] => "uvec2", Uint, [2];
+    [u32; 3] => "uvec3", Uint, [3];
     [u32; 4] => "uvec4", Uint, [4];
 }
 

@@ -49,6 +49,35 @@ pub fn carried(node: usize) -> Scene {
     playing(&glb)
 }
 
+/// Screens in rows over a floor, before a lamp, and change places with each other in two seconds.
+pub fn screens_that_change_places() -> Scene {
+    const SCREENS: usize = 64;
+    let place = |at: usize| [0.7 * (at % 8) as f32 - 2.5, 0.3 + 0.35 * (at / 8) as f32, 0.1 * (at % 3) as f32];
+    let glb = quad_glb(|document, bin| {
+        document["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 40.0}]}});
+        document["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.05}}]);
+        let mut nodes = vec![
+            json!({"mesh": 0}),
+            json!({"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0.0, 1.8, 1.5]}),
+            json!({"camera": 0, "translation": [0.0, 1.4, 4.5]}),
+        ];
+        let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+        let input = floats(document, bin, "SCALAR", &[0.0, 2.0]);
+        for screen in 0..SCREENS {
+            // 27 and 64 have no divisor in common.
+            let output = floats(document, bin, "VEC3", &[place(screen), place(27 * screen % SCREENS)].concat());
+            samplers.push(json!({"input": input, "output": output}));
+            channels.push(json!({"sampler": screen, "target": {"node": nodes.len(), "path": "translation"}}));
+            let upright = [std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f64::consts::FRAC_1_SQRT_2];
+            nodes.push(json!({"mesh": 0, "scale": [0.2, 0.2, 0.2], "rotation": upright, "translation": place(screen)}));
+        }
+        document["scenes"][0]["nodes"] = (0..nodes.len()).collect();
+        document["nodes"] = nodes.into();
+        document["animations"] = json!([{"samplers": samplers, "channels": channels}]);
+    });
+    playing(&glb)
+}
+
 /// Renders a small picture into a file of the folder, without a message of validation.
 pub fn render(folder: &Path, scene: &Path, options: &str, picture: &str) {
     let options = format!("--headless --quiet --validation --size 64x36 --vpls 2000 {options}");

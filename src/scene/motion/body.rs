@@ -18,7 +18,7 @@ pub(in crate::scene) struct Skin {
 
 impl Skin {
     /// From mesh to world space by each joint alone.
-    fn matrices(&self, posed: &Posed) -> Vec<Mat4> {
+    pub fn matrices(&self, posed: &Posed) -> Vec<Mat4> {
         self.joints.iter().zip(&self.inverse_bind).map(|(node, bind)| posed.worlds[*node] * *bind).collect()
     }
 }
@@ -131,6 +131,11 @@ impl Body {
         }
     }
 
+    /// From mesh to world space, where a node carries it.
+    pub fn world(&self, posed: &Posed) -> Mat4 {
+        posed.worlds[self.node] * self.place
+    }
+
     /// Morphed, then bent or carried.
     fn placed(&self, posed: &Posed, skins: &[Skin]) -> Placed {
         let (mut positions, mut normals) = (self.positions.clone(), self.normals.clone());
@@ -143,7 +148,7 @@ impl Body {
             tangents.zip(&target.tangents).for_each(|(tangent, offset)| *tangent += (*offset * *weight).extend(0.0));
         }
         let Some(skin) = self.skin.map(|skin| &skins[skin]) else {
-            let world = posed.worlds[self.node] * self.place;
+            let world = self.world(posed);
             let linear = Mat3::from_mat4(world);
             let mirrored = linear.determinant() < 0.0;
             let to_world = normal_matrix(&linear, mirrored);

@@ -3,6 +3,7 @@
 
 mod body;
 mod clip;
+mod device;
 mod lamps;
 mod nodes;
 mod play;
@@ -16,6 +17,7 @@ use body::Skin;
 pub(in crate::scene) use body::{Body, Target as MorphTarget};
 use clip::{Channel, Clip};
 pub(in crate::scene) use clip::{LightProperty, Property, Target};
+pub use device::MovingMeshes;
 use nodes::{Hierarchy, Posed};
 
 use super::gltf_lights::LightParts;
@@ -36,6 +38,10 @@ pub struct Motion {
     lamps: Vec<LightParts>,
     /// Clips that play, by their indices.
     playing: Vec<usize>,
+    /// The moment that cameras and lights are at; `None` while they are where they are when nothing plays.
+    posed_s: Option<f64>,
+    /// The same of the vertices.
+    vertices_s: Option<f64>,
 }
 
 /// Something of the scene that a node carries.

@@ -36,6 +36,7 @@ impl Scene {
             },
         };
         self.motion.playing = playing;
+        (self.motion.posed_s, self.motion.vertices_s) = (None, None);
         self.motion.brightest = self.motion.brightest_lights();
         if self.motion.moves().geometry {
             self.bounds = self.motion.swept_bounds(self);
@@ -64,16 +65,32 @@ impl Scene {
 
     /// Puts everything that moves where it is at a moment.
     pub fn pose(&mut self, time_s: f64) {
-        let moves = self.motion.moves();
-        if !moves.any() {
+        self.pose_without_vertices(time_s);
+        self.pose_vertices();
+    }
+
+    /// Puts vertices, which may be behind, where they are at the moment that everything else is at.
+    pub fn pose_vertices(&mut self) {
+        let motion = &self.motion;
+        if motion.vertices_s == motion.posed_s {
             return;
         }
-        let motion = &self.motion;
-        let posed = motion.hierarchy.pose(motion.playing_clips(), time_s);
-        let moved = motion.moved_by(motion.playing_clips());
-        for body in motion.bodies.iter().filter(|body| motion.body_moves(body, &moved)) {
+        let posed = motion.posed();
+        for body in motion.moving_bodies() {
             body.pose(&posed, &motion.skins, &mut self.vertices, &mut self.tangents);
         }
+        self.motion.vertices_s = self.motion.posed_s;
+    }
+
+    /// Puts cameras and lights that move where they are at a moment, and leaves vertices to a device ([`super::MovingMeshes`]).
+    pub fn pose_without_vertices(&mut self, time_s: f64) {
+        if !self.motion.moves().any() {
+            return;
+        }
+        self.motion.posed_s = Some(time_s);
+        let motion = &self.motion;
+        let posed = motion.posed();
+        let moved = motion.moved_by(motion.playing_clips());
         let (lamps, lenses) = (motion.lamps_at(time_s), motion.fields_of_view_at(time_s));
         for (camera, carried) in self.cameras.iter_mut().zip(&motion.cameras) {
             if moved[carried.node] {
@@ -112,13 +129,14 @@ impl Motion {
         self.lights.get(index).is_some_and(|light| moved[light.node] || self.changing_lamps().contains(&light.index))
     }
 
-    fn moving_bodies(&self) -> Vec<&super::Body> {
+    pub(super) fn moving_bodies(&self) -> Vec<&super::Body> {
         let moved = self.moved_by(self.playing_clips());
         self.bodies.iter().filter(|body| self.body_moves(body, &moved)).collect()
     }
 
     /// Which of a scene's vertices move.
-    pub(in crate::scene) fn moving_vertices(&self, count: usize) -> Vec<bool> {
+    #[must_use]
+    pub fn moving_vertices(&self, count: usize) -> Vec<bool> {
         let mut moves = vec![false; count];
         for body in self.moving_bodies() {
             moves[body.first_vertex..body.first_vertex + body.vertex_count()].fill(true);

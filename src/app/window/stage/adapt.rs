@@ -1,5 +1,7 @@
 //! Makes the frames of a quality fit what is wanted: measures what they need to know of the scene, and compiles them anew.
 
+use std::sync::Arc;
+
 use super::super::measuring::Measuring;
 use super::super::quality::Quality;
 use super::{FrameSet, Side, Stage, Wanted};
@@ -67,7 +69,10 @@ impl Stage {
         while !self.has_points(settings)? || self.measured_for(settings)?.is_none() {
             let measuring = match self.measuring.take() {
                 Some(measuring) => measuring,
-                None => Measuring::start(&self.gpu, &self.scene, &self.uploaded, camera, settings)?,
+                None => {
+                    self.pose_vertices_for(settings)?;
+                    Measuring::start(&self.gpu, &self.scene, &self.uploaded, camera, settings)?
+                }
             };
             if patience == Patience::Returns && !measuring.is_done() {
                 self.measuring = Some(measuring);
@@ -82,6 +87,16 @@ impl Stage {
             }
         }
         Ok(true)
+    }
+
+    /// Points are spread over the scene as the host has it.
+    fn pose_vertices_for(&mut self, settings: &Settings) -> Result<()> {
+        if techniques::of(settings)?.point_count_log2(settings).is_some()
+            && let Some(scene) = Arc::get_mut(&mut self.scene)
+        {
+            scene.pose_vertices();
+        }
+        Ok(())
     }
 
     /// Whether the points that frames of these settings need have been spread.

@@ -17,6 +17,7 @@ use crate::gpu::{FrameResult, Gpu, PacedFrame};
 use crate::passes::present::WindowFormat;
 use crate::renderer::{FrameFeedback, Fresh, Job, Renderer, Show, UploadedScene};
 use crate::scene::{Camera, Scene};
+use crate::scene_mover::SceneMover;
 use crate::settings::{EnvironmentSettings, Settings, SunPlace};
 use crate::shared::PunctualLight;
 
@@ -129,6 +130,7 @@ pub struct Stage {
     measuring: Option<Measuring>,
     measured: Vec<Measured>,
     uploaded: UploadedScene,
+    mover: SceneMover,
     /// Shared with a measurement under way only.
     scene: Arc<Scene>,
     /// As what it was last put on the device; `None` before the first time.
@@ -158,6 +160,7 @@ impl Stage {
             shown: None,
             measuring: None,
             measured: Vec::new(),
+            mover: SceneMover::new(gpu, &loaded.scene, &uploaded)?,
             uploaded,
             scene: Arc::new(loaded.scene),
             posed: None,
@@ -205,9 +208,9 @@ impl Stage {
         }
         let Some(scene) = Arc::get_mut(&mut self.scene) else { return Ok(false) };
         self.posed = Some(posed);
-        scene.pose(moment_s);
+        scene.pose_without_vertices(moment_s);
         lighting::follow(scene, held, around);
-        self.uploaded.follow(&self.gpu, scene)?;
+        self.mover.follow(&mut self.uploaded, scene)?;
         let sides = self.all_sets_mut().flat_map(|set| set.held.iter_mut().chain([&mut set.main]));
         sides.for_each(|side| side.renderer.expect_another_scene());
         Ok(self.scene.motion.moves().lights)

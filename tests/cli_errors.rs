@@ -290,6 +290,15 @@ fn contradictions_and_unknown_options() {
     place.options(2, &["shadow-from 10", "top level"], "--shadow-from 10");
     place.options(2, &["size 2x2", "interleave 4"], "--size 2x2 --interleave 4");
     place.options(2, &["interleave must be 1, 2 or 4"], "--interleave 3");
+    let rounds = "--temporal shadows --temporal-rounds 2";
+    place.options(2, &["temporal-rounds 2", "--interleave 1"], &format!("{rounds} --interleave 2"));
+    place.options(
+        2,
+        &["temporal-rounds 2", "light volumes", "--lighting gather"],
+        &format!("{rounds} --lighting volumes"),
+    );
+    place.options(2, &["temporal-rounds 2", "--temporal shadows"], "--temporal indirect --temporal-rounds 2");
+    place.options(2, &["temporal-rounds must be from 1 to 64"], "--temporal-rounds 65");
     let options = "--shadow-estimate corrected --shadow-points deviation";
     place.options(2, &["shadow-estimate corrected", "shadow-points descent"], options);
     place.options(2, &["--shadow-estimate", "exact"], "--shadow-estimate exact");

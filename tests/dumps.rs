@@ -119,6 +119,7 @@ fn interleaved_frames_are_dumped() {
 #[test]
 fn frames_with_history_are_dumped() {
     check_dump("--temporal shadows --antilag tiles --frames 2 --vpl-seeds fresh");
+    check_dump("--temporal shadows --temporal-rounds 3 --frames 2 --inspect 3,4");
     check_dump("--temporal indirect --interleave 2 --frames 2");
     check_dump("--taa on --temporal shadows --frames 2");
     check_dump("--grid-update check --vpl-seeds rolling --frames 2");

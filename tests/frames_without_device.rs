@@ -79,7 +79,9 @@ fn following() -> Vec<(SurfaceMotion, LghShape)> {
     let shapes = modes.flat_map(|((of, antilag), motion)| {
         let shapes = hierarchies().into_iter().filter(|shape| shape.lights.shadow_samples > 0);
         shapes.map(move |shape| {
-            let reuse = Some(Reuse { of, least_weight: 0.05, antilag, step_px: shape.interleave });
+            let has_rounds = shape.lighting == LightingMode::Gather && shape.interleave == 1;
+            let rounds = if has_rounds { 3 } else { 1 };
+            let reuse = Some(Reuse { of, least_weight: 0.05, antilag, step_px: shape.interleave, rounds });
             (motion, LghShape { reuse, ..shape })
         })
     });

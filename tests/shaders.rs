@@ -205,6 +205,9 @@ fn modes(reservoirs: &[Reservoir]) -> Vec<Settings> {
             s.lgh.temporal = Some(temporal);
         }));
     }
+    modes.push(small().changed(|s| {
+        (s.lgh.first_level, s.lgh.temporal, s.lgh.temporal_rounds) = (0, Some(Temporal::Shadows), Some(2));
+    }));
     modes.push(small().changed(|s| s.lgh.indirect_size = IndirectSize::Half));
     modes.push(small().changed(|s| s.lgh.grid_update = GridUpdate::Check));
     modes.push(small().changed(|s| s.render.taa = Switch::On));

@@ -43,6 +43,15 @@ struct Sender {
 
 // A light of S0 that grid light `index` is made of, or NO_LIGHT where the way down to one is lost. Level 0 has the lights
 // themselves.
+uint representative_at(uint index) {
+#ifdef ROUND
+    if (frame.history_is_valid == 0u) {
+        return round_representatives[index];
+    }
+#endif
+    return representatives[index];
+}
+
 uint original_below(uint index, uint level, inout uint random_state) {
     if (level == 0u) {
         return index;
@@ -52,7 +61,7 @@ uint original_below(uint index, uint level, inout uint random_state) {
         return NO_LIGHT;
     }
     uint r = min(uint(random(random_state) * float(REPRESENTATIVES)), REPRESENTATIVES - 1u);
-    uint representative = representatives[s1 * REPRESENTATIVES + r];
+    uint representative = representative_at(s1 * REPRESENTATIVES + r);
     return representative == NO_LIGHT ? NO_LIGHT : representative & index_mask(index_bits);
 }
 

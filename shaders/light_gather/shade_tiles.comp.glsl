@@ -1,6 +1,7 @@
 // Lighting by gathering: a workgroup finds the lights within reach of its tile, and every pixel sums them and picks its
 // shadow samples in registers. The same lights, weights and random numbers as light_volumes with exact reservoirs, but no
-// fragments, no blending and no atomics in memory. One workgroup per tile of TILE_SIZE^2 pixels of a sub-image.
+// fragments, no blending and no atomics in memory. One workgroup per tile of TILE_SIZE^2 pixels of a sub-image; in further rounds
+// (ROUND) per tile of the picture with a pixel that takes part.
 #include "common/frame.glsl"
 #include "common/random.glsl"
 #include "common/color.glsl"
@@ -19,9 +20,20 @@ layout(set = 0, binding = 5) uniform utexture2D normals_image;
 layout(set = 0, binding = 6, std430) readonly buffer Occupancy { uint occupancy[]; };
 layout(set = 0, binding = 7, std430) readonly buffer Ranks { uint ranks[]; };
 layout(set = 0, binding = 8, std430) readonly buffer LevelTable { uint level_table[]; };
+#ifdef ROUND
+layout(push_constant) uniform Push {
+    uint round_number;
+    float enough_frames;
+};
+// a: frames in the history, this one's rounds so far included.
+layout(set = 0, binding = 16) uniform texture2D history_shadowed;
+#define ROUND_TILES_BINDING 17
+#else
 layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D out_lighting;
 // lights_tested[pixel]: candidates, counted in frames for statistics only.
 layout(set = 0, binding = 10, std430) writeonly buffer LightsTested { uint lights_tested[]; };
+layout(constant_id = 0) const uint COUNT_LIGHTS_TESTED = 0u;
+#endif
 #ifndef RESERVOIR_NONE
 // (light, key) per sample: the halves of the word that light_volumes keeps with exact reservoirs.
 layout(set = 0, binding = 11, std430) writeonly buffer Reservoirs { uvec2 reservoirs[]; };
@@ -32,7 +44,6 @@ layout(set = 0, binding = 13, std430) readonly buffer BucketLights { uint bucket
 layout(set = 0, binding = 14, std430) readonly buffer CellBits { uint cell_bits[]; };
 layout(set = 0, binding = 15, std430) readonly buffer CellRanks { uint cell_ranks[]; };
 #endif
-layout(constant_id = 0) const uint COUNT_LIGHTS_TESTED = 0u;
 // Shadow samples of a pixel, known to the compiler so that reservoirs stay in registers; at least 1.
 layout(constant_id = 2) const uint SAMPLES = 1u;
 
@@ -44,6 +55,8 @@ layout(constant_id = 2) const uint SAMPLES = 1u;
 #include "light_gather/tile_bounds.glsl"
 #include "common/vertex_rows.glsl"
 #include "light_gather/find_lights.glsl"
+#include "common/rounds.glsl"
+#include "common/samples_seed.glsl"
 
 // Above every key.
 #define INFINITY uintBitsToFloat(0x7f800000u)
@@ -70,6 +83,9 @@ Pixel pixel_at(uvec2 inside, uvec2 sub_image) {
     bool in_image = all(lessThan(inside, sub_image_size())) && all(lessThan(xy, image_size()));
     float depth = in_image ? texelFetch(depth_image, ivec2(xy), 0).x : 0.0;
     uint index = reservoir_index(sub_image * sub_image_size() + inside);
+#ifdef ROUND
+    depth = is_short(texelFetch(history_shadowed, ivec2(xy), 0).a) ? depth : 0.0;
+#endif
     if (depth <= 0.0) {
         return Pixel(false, vec3(0.0), vec3(0.0), 0.0, index);
     }
@@ -80,7 +96,7 @@ Pixel pixel_at(uvec2 inside, uvec2 sub_image) {
 // Offers a light with weight f > 0 to every reservoir: the one with the smallest key stays, as in
 // light_volumes/reservoir.glsl.
 void pick(Pixel pixel, uint light, float f, inout Gathered gathered) {
-    uint stream = hash(light, pixel.index, sampling_seed());
+    uint stream = hash(light, pixel.index, samples_seed());
     for (uint i = 0u; i < SAMPLES; ++i) {
         float key = race_key(stream, i, f);
         if (key < gathered.keys[i] || (key == gathered.keys[i] && light < gathered.lights[i])) {
@@ -139,10 +155,12 @@ void add_candidates(Pixel pixel, uint count, inout Gathered gathered) {
 }
 
 void store(uvec2 fragment, Pixel pixel, uint tested, Gathered gathered) {
+#ifndef ROUND
     imageStore(out_lighting, ivec2(fragment), gathered.lighting);
     if (COUNT_LIGHTS_TESTED != 0u) {
         lights_tested[pixel.index] = pixel.found ? tested : 0u;
     }
+#endif
 #ifndef RESERVOIR_NONE
     for (uint i = 0u; i < SAMPLES; ++i) {
         uint key = gathered.lights[i] == NO_LIGHT ? NO_LIGHT : floatBitsToUint(gathered.keys[i]);
@@ -152,9 +170,18 @@ void store(uvec2 fragment, Pixel pixel, uint tested, Gathered gathered) {
 }
 
 void main() {
+#ifdef ROUND
+    if (!has_tile()) {
+        return;
+    }
+    uint sub_image = 0u;
+    uvec2 inside = pixel_in_tile();
+#else
     uint sub_image = gl_WorkGroupID.z;
+    uvec2 inside = gl_GlobalInvocationID.xy;
+#endif
     uvec2 column_row = uvec2(sub_image % interleave(), sub_image / interleave());
-    Pixel pixel = pixel_at(gl_GlobalInvocationID.xy, column_row);
+    Pixel pixel = pixel_at(inside, column_row);
     // Wider than this, two clusters let fewer lights pass than they cost.
     float split_distance = 3.0 * alpha() * cell_size(grid.h_top, 1u);
     bound_tile(pixel.found, pixel.position_ws - frame.eye_ws, pixel.normal, pixel.distance, split_distance);
@@ -172,7 +199,7 @@ void main() {
         tested += count;
         barrier();
     }
-    if (all(lessThan(gl_GlobalInvocationID.xy, sub_image_size()))) {
-        store(column_row * sub_image_size() + gl_GlobalInvocationID.xy, pixel, tested, gathered);
+    if (all(lessThan(inside, sub_image_size()))) {
+        store(column_row * sub_image_size() + inside, pixel, tested, gathered);
     }
 }

@@ -10,6 +10,10 @@ layout(set = 0, binding = 4, std430) readonly buffer MergedLights { GridLight me
 layout(set = 0, binding = 10, std430) readonly buffer LevelTable { uint level_table[]; };
 layout(set = 0, binding = 11, std430) readonly buffer Descent { uint descent[]; };
 layout(set = 0, binding = 12, std430) readonly buffer Representatives { uint representatives[]; };
+#ifdef ROUND
+// In frames without history those of the round.
+layout(set = 0, binding = 28, std430) readonly buffer RoundRepresentatives { uint round_representatives[]; };
+#endif
 layout(set = 0, binding = 13, std430) readonly buffer LightPositions { uvec4 light_positions[]; };
 layout(set = 0, binding = 14, std430) readonly buffer LightFluxes { vec4 light_fluxes[]; };
 layout(set = 0, binding = 15, std430) readonly buffer Grid { GridPlacement grid; };
@@ -23,6 +27,7 @@ layout(set = 0, binding = 27) uniform texture2D light_texels;
 // 1: descend from a coarse light to one of the lights S0 it is made of; 0: the chosen light itself.
 layout(constant_id = 0) const uint DESCEND = 1u;
 
+#include "common/samples_seed.glsl"
 #include "common/level_table.glsl"
 #include "common/occupancy.glsl"
 #include "merge/sub_images.glsl"
@@ -62,7 +67,7 @@ struct ShadowSample {
 };
 
 // The random numbers of a pixel's samples, which are traced in their order.
-uint sampling_state(uint pixel_index) { return hash(pixel_index, sampling_seed() ^ 0x5bd1e995u); }
+uint sampling_state(uint pixel_index) { return hash(pixel_index, samples_seed() ^ 0x5bd1e995u); }
 
 #include "shadow_rays/all_ways.glsl"
 

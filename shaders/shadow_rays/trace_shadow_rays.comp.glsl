@@ -14,21 +14,44 @@
 #include "common/light_rays.glsl"
 
 layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
-layout(push_constant) uniform Push { uint index_bits; };
+layout(push_constant) uniform Push {
+    uint index_bits;
+#ifdef ROUND
+    uint round_number;
+    float enough_frames;
+#endif
+};
 #include "shadow_rays/samples.glsl"
 layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D out_shadowed;
 layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D out_unshadowed;
 layout(set = 0, binding = 8, std430) buffer RayCount { uint ray_count[]; };
+#ifdef ROUND
+// a: frames in the history, this one's rounds so far included.
+layout(set = 0, binding = 9) uniform texture2D history_shadowed;
+#define ROUND_TILES_BINDING 29
+#include "common/rounds.glsl"
+#endif
 
 shared uint rays_of_group;
 
 void main() {
+#ifdef ROUND
+    if (!has_tile()) {
+        return;
+    }
+    uvec2 pixel = pixel_in_tile();
+#else
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+#endif
     if (gl_LocalInvocationIndex == 0u) {
         rays_of_group = 0u;
     }
     barrier();
-    uvec2 pixel = gl_GlobalInvocationID.xy;
     bool inside = all(lessThan(pixel, image_size()));
+#ifdef ROUND
+    // Where no round is needed, the estimates of the last one stay.
+    inside = inside && is_short(texelFetch(history_shadowed, ivec2(pixel), 0).a);
+#endif
     float depth = inside ? texelFetch(depth_image, ivec2(pixel), 0).x : 0.0;
     uvec2 interleaved = interleaved_from_pixel(pixel);
     vec3 shadowed = vec3(0.0);

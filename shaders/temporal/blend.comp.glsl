@@ -1,5 +1,7 @@
 // Blends the estimates of this frame into what was reprojected of the frames before: a mean that forgets slowly. Shadowed
-// and unshadowed estimate have the same weights, so that their ratio is that of their means. One thread per pixel.
+// and unshadowed estimate have the same weights, so that their ratio is that of their means. In further rounds of samples
+// (ROUND) it goes on with its own result, where that is still short, and where one may follow (LISTS_TILES) it lists the tiles
+// that take part. One thread per pixel.
 #include "common/frame.glsl"
 #include "common/color.glsl"
 #extension GL_EXT_samplerless_texture_functions : require
@@ -9,31 +11,40 @@ layout(local_size_x = TILE_SIZE, local_size_y = TILE_SIZE) in;
 layout(constant_id = 0) const uint KEEPS_LIGHT = 0u;
 // Whether samples that stand out from all around them are cut.
 layout(constant_id = 1) const uint CUTS = 0u;
-// Whether tiles of pixels tell how much of the history to give up.
-layout(constant_id = 2) const uint HAS_TILES = 0u;
 // Whether the estimates are light by themselves rather than per unit of light that is known.
 layout(constant_id = 3) const uint IS_RADIANCE = 0u;
 layout(push_constant) uniform Push {
     int step_px;
     // A frame weighs at least this much.
     float least_weight;
+#if defined(ROUND) || defined(LISTS_TILES)
+    float enough_frames;
+#endif
 };
+#define ROUND_TILES_BINDING 12
 // Both estimates per unit of the latter's a.
 layout(set = 0, binding = 1) uniform texture2D shadowed_image;
 layout(set = 0, binding = 2) uniform texture2D unshadowed_image;
-// What the frames before have: a is their number, and of the other the variance of a frame's shadowed luminance.
+// The means with this frame: a is the number of frames, and of the other the variance of a frame's shadowed luminance.
+#ifdef ROUND
+layout(set = 0, binding = 6, rgba32f) uniform image2D history_shadowed;
+layout(set = 0, binding = 7, rgba32f) uniform image2D history_unshadowed;
+#else
+layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D history_shadowed;
+layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D history_unshadowed;
+// The same of the frames before.
 layout(set = 0, binding = 3) uniform texture2D reprojected_shadowed;
 layout(set = 0, binding = 4) uniform texture2D reprojected_unshadowed;
 // With KEEPS_LIGHT: a is the mean unit.
 layout(set = 0, binding = 5) uniform texture2D reprojected_lighting;
-layout(set = 0, binding = 6, rgba32f) uniform writeonly image2D history_shadowed;
-layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D history_unshadowed;
+// r: how much of the history tiles of pixels give up (temporal/compare_tiles).
+layout(set = 0, binding = 11) uniform texture2D given_up_image;
+layout(constant_id = 2) const uint HAS_TILES = 0u;
+#endif
 // The same for the filter: per unit, with a standard deviation (below 0 where it is not known), and the unit.
 layout(set = 0, binding = 8, rgba32f) uniform writeonly image2D out_shadowed;
 layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D out_unshadowed;
 layout(set = 0, binding = 10) uniform texture2D depth_image;
-// r: that (temporal/compare_tiles).
-layout(set = 0, binding = 11) uniform texture2D given_up_image;
 
 // A frame's deviation weighs at least this much in the variance.
 const float LEAST_VARIANCE_WEIGHT = 0.1;
@@ -50,12 +61,14 @@ const float LEAST_DEVIATION = 0.02 / 6.0;
 bool is_inside(ivec2 p) { return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, ivec2(image_size()))); }
 
 #include "atrous/outliers.glsl"
+#include "common/rounds.glsl"
 
 // What a pixel's estimates are multiplied by so that they do not stand out.
 float kept_share(ivec2 pixel, vec3 unshadowed) {
     return CUTS != 0u ? min(1.0, greatest_plausible(pixel) / max(luminance(unshadowed), 1e-30)) : 1.0;
 }
 
+#ifndef ROUND
 // How much of a pixel's history to give up, 0 to 1: bilinear between the middles of tiles.
 float given_up(ivec2 pixel) {
     if (HAS_TILES == 0u) {
@@ -73,6 +86,7 @@ float given_up(ivec2 pixel) {
     }
     return sum;
 }
+#endif
 
 void store(ivec2 pixel, vec4 shadowed, vec4 unshadowed, float unit, float deviation) {
     imageStore(history_shadowed, pixel, shadowed);
@@ -83,18 +97,23 @@ void store(ivec2 pixel, vec4 shadowed, vec4 unshadowed, float unit, float deviat
     imageStore(out_unshadowed, pixel, vec4(unshadowed.rgb * scale, unit));
 }
 
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (!is_inside(pixel)) {
-        return;
+// Gives the number of frames then.
+float blend(ivec2 pixel) {
+#ifdef ROUND
+    vec4 before_shadowed = imageLoad(history_shadowed, pixel);
+    vec4 before_unshadowed = imageLoad(history_unshadowed, pixel);
+    if (!is_short(before_shadowed.a)) {
+        return before_shadowed.a;
     }
+#else
+    vec4 before_shadowed = texelFetch(reprojected_shadowed, pixel, 0);
+    vec4 before_unshadowed = texelFetch(reprojected_unshadowed, pixel, 0);
+#endif
     vec3 shadowed = texelFetch(shadowed_image, pixel, 0).rgb;
     vec4 unshadowed = texelFetch(unshadowed_image, pixel, 0);
     bool has_surface = texelFetch(depth_image, pixel, 0).x > 0.0;
     float scale = KEEPS_LIGHT != 0u ? unshadowed.a : 1.0;
     float kept = scale * (has_surface ? kept_share(pixel, unshadowed.rgb) : 1.0);
-    vec4 before_shadowed = texelFetch(reprojected_shadowed, pixel, 0);
-    vec4 before_unshadowed = texelFetch(reprojected_unshadowed, pixel, 0);
     float frames = before_shadowed.a + 1.0;
     if (frames <= 1.0) {
         // The frame's own estimates as they are: what the filter gets is what it gets without history.
@@ -102,13 +121,16 @@ void main() {
         imageStore(history_unshadowed, pixel, vec4(unshadowed.rgb * kept, 0.0));
         imageStore(out_shadowed, pixel, vec4(shadowed, UNKNOWN));
         imageStore(out_unshadowed, pixel, unshadowed);
-        return;
+        return has_surface ? 1.0 : 0.0;
     }
-    float weight = max(max(1.0 / frames, least_weight), given_up(pixel));
+    float weight = max(1.0 / frames, least_weight);
     float unit = unshadowed.a;
+#ifndef ROUND
+    weight = max(weight, given_up(pixel));
     if (KEEPS_LIGHT != 0u) {
         unit = mix(texelFetch(reprojected_lighting, pixel, 0).a, unit, weight);
     }
+#endif
     float residual = luminance(shadowed) * kept - luminance(before_shadowed.rgb);
     // The first residual is that of the second frame.
     float variance_weight = max(1.0 / (frames - 1.0), LEAST_VARIANCE_WEIGHT);
@@ -119,4 +141,20 @@ void main() {
     float deviation = frames >= KNOWN_FRAMES ? TOLD_DEVIATION * sqrt(variance * of_mean) : UNKNOWN;
     store(pixel, vec4(mix(before_shadowed.rgb, shadowed * kept, weight), frames),
           vec4(mix(before_unshadowed.rgb, unshadowed.rgb * kept, weight), variance), unit, deviation);
+    return frames;
+}
+
+void main() {
+#ifdef ROUND
+    if (!has_tile()) {
+        return;
+    }
+    uvec2 pixel = pixel_in_tile();
+#else
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+#endif
+    float frames = is_inside(ivec2(pixel)) ? blend(ivec2(pixel)) : 0.0;
+#ifdef LISTS_TILES
+    list_tile(pixel / TILE_SIZE, is_short(frames));
+#endif
 }

@@ -73,7 +73,7 @@ fn no_options_are_the_defaults() {
 fn every_option_arrives() {
     let line = "a.gltf --frames 8 --warmup 2 --size 320x180 --scene night --camera atrium --sun 10,-20.5 --time -2.5 --fps 12 --animation walk --environment 1,0.5,2 --environment-scale 0.5 --environment-turn -30 --environment-samples 9 --technique lgh --samples 3 --points 4096 --micro points --coverage binary --selection paper --sun-leaves 2 --point-bounces 2 --reuse on --taa on --direct off --lights both --vpls 7 --vpl-importance none --vpl-seeds fresh \
         --bounces 5 --levels 6 --alpha 2 --lobe sh1 --center uniform --first-level 0 --interleave 4 --shadow-samples 16 --shadows off --shadow-from 3 \
-        --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --grid-update full --filter none --temporal off --temporal-weight 0.2 --antilag tiles --indirect-size full --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --back-faces cull --texture-filter trilinear --view light-count --output a.exr \
+        --shadow-points descent --shadow-estimate unbiased --lighting volumes --reservoir race --rays query --build scatter --scatter atomic --grid-update full --filter none --temporal off --temporal-weight 0.2 --antilag tiles --temporal-rounds 1 --indirect-size full --clamp 0 --max-submit-ms 9 --seed 9 --exposure 0.5 --exposure-compensation -1.5 --tone-map agx --back-faces cull --texture-filter trilinear --view light-count --output a.exr \
         --timings a.json --dump d --renderdoc-frame 0 --inspect 7,8 --gpu llvmpipe --validation --no-pipeline-cache --present-mode mailbox --render-scale 0.25";
     let expected = Settings::default().changed(|s| {
         s.scene.file = Some("a.gltf".into());
@@ -129,6 +129,7 @@ fn every_option_arrives() {
         s.lgh.temporal = Some(Temporal::Off);
         s.lgh.temporal_weight = Some(0.2);
         s.lgh.antilag = Antilag::Tiles;
+        s.lgh.temporal_rounds = Some(1);
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 9.0;
         s.tracing.seed = 9;

@@ -8,9 +8,11 @@
 
 use super::compaction::{GridLights, Lights};
 use super::lgh_shape::LghShape;
+use super::rounds::Round;
+use super::shadow_rays::Samples;
 use super::{Frame, shader, threads};
-use crate::gpu::{ComputeWork, Dispatch};
-use crate::graph::{Access, BufferHandle};
+use crate::gpu::{ComputeWork, Dispatch, Work};
+use crate::graph::{Access, BufferHandle, Pass};
 use crate::shared::{DESCENT_STRIDE, REPRESENTATIVES};
 
 /// Bytes of one table (`descent/tables.glsl`).
@@ -37,21 +39,58 @@ pub fn add(
 ) -> Descent {
     let tables = build_tables(frame, shape, grid);
     let index_bits = shape.lights.light_capacity().next_power_of_two().trailing_zeros().max(1);
-    let size = 4 * u64::from(REPRESENTATIVES) * u64::from(shape.grid_capacity);
-    let representatives = frame.graph.persistent_buffer("representatives", size);
+    let representatives = frame.graph.persistent_buffer("representatives", representative_bytes(shape));
     frame.clear(&[(representatives, u32::MAX)]);
     let work = ComputeWork {
         push: vec![index_bits],
         ..shader("descent/draw_representatives", threads(shape.lights.light_capacity()))
     };
-    let pass = frame
-        .compute("descent/draw_representatives", work)
+    let pass = frame.compute("descent/draw_representatives", work);
+    draw(frame, pass, lights, placement, grid, representatives);
+    Descent { tables, representatives, index_bits }
+}
+
+fn representative_bytes(shape: &LghShape) -> u64 {
+    4 * u64::from(REPRESENTATIVES) * u64::from(shape.grid_capacity)
+}
+
+fn draw(
+    frame: &mut Frame,
+    pass: Pass<Work>,
+    lights: &Lights,
+    placement: BufferHandle,
+    grid: &GridLights,
+    representatives: BufferHandle,
+) {
+    let pass = pass
         .with(|pass| lights.read_by(pass))
         .bind("grid", placement, Access::ComputeRead)
         .with(|pass| grid.looked_up_by(pass))
         .bind("representatives", representatives, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
-    Descent { tables, representatives, index_bits }
+}
+
+/// Declares the representatives of further rounds of samples, in frames that have no history.
+pub fn declare_round_representatives(frame: &mut Frame, shape: &LghShape) -> BufferHandle {
+    frame.graph.transient_buffer("round_representatives", representative_bytes(shape))
+}
+
+/// Adds the passes that draw those of one round.
+pub fn add_round(
+    frame: &mut Frame,
+    shape: &LghShape,
+    samples: &Samples,
+    descent: &Descent,
+    representatives: BufferHandle,
+    round: Round,
+) {
+    frame.clear_here(&format!("descent/clear/{}", round.number), &[(representatives, u32::MAX)]);
+    let work = ComputeWork {
+        push: vec![descent.index_bits, round.number],
+        ..shader("descent/draw_representatives_round", threads(shape.lights.light_capacity()))
+    };
+    let pass = frame.compute(&format!("descent/draw_representatives/{}", round.number), work);
+    draw(frame, pass, &samples.lights, samples.placement, &samples.grid, representatives);
 }
 
 fn build_tables(frame: &mut Frame, shape: &LghShape, grid: &GridLights) -> BufferHandle {

@@ -29,11 +29,15 @@ pub(super) fn declare(frame: &mut Frame, shape: &LghShape, format: vk::Format) -
     let image = frame.graph.transient_image("lighting", ImageInfo::new(format, width_px, height_px));
     let lights_tested_bytes = if shape.count_lights_tested { 4 * pixels } else { 16 };
     let lights_tested = frame.graph.persistent_buffer("lights_tested", lights_tested_bytes);
-    let reservoirs = (shape.lights.shadow_samples > 0).then(|| {
-        let bytes = reservoir_bytes(shape.reservoir, shape.lights.shadow_samples);
-        frame.graph.transient_buffer("reservoirs", bytes * pixels)
-    });
+    let reservoirs = (shape.lights.shadow_samples > 0).then(|| declare_reservoirs(frame, shape, "reservoirs"));
     Lighting { image, reservoirs, lights_tested }
+}
+
+/// Declares the reservoirs of all pixels.
+pub(super) fn declare_reservoirs(frame: &mut Frame, shape: &LghShape, name: &str) -> BufferHandle {
+    let [width_px, height_px] = shape.interleaved_px();
+    let bytes = reservoir_bytes(shape.reservoir, shape.lights.shadow_samples);
+    frame.graph.transient_buffer(name, bytes * u64::from(width_px) * u64::from(height_px))
 }
 
 /// Adds the passes. `depth` is the depth buffer in the interleaved layout.

@@ -48,6 +48,7 @@ pub mod present;
 pub mod radiance_cache;
 pub mod reference;
 pub mod refit;
+pub mod rounds;
 pub mod scene;
 pub mod shadow_rays;
 pub mod structures;

@@ -8,6 +8,7 @@ use super::descent::Descent;
 use super::gbuffer::GBuffer;
 use super::lgh_shape::LghShape;
 use super::merge::MergedLights;
+use super::rounds::Round;
 use crate::gpu::{ComputeWork, Work};
 use crate::graph::{Access, BufferHandle, ImageHandle, Pass};
 use crate::settings::{Reservoir, ShadowEstimate};
@@ -60,6 +61,29 @@ pub fn add(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, samples: &Sam
         .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
     frame.graph.add_pass(pass);
     ShadowEstimates { shadowed, unshadowed, estimate: shape.shadow_estimate, has_deviations: false, label: "" }
+}
+
+/// Adds the pass that traces the rays of a further round, into the estimates of the last one. The round has representatives of
+/// its own for descent.
+pub fn add_round(
+    frame: &mut Frame,
+    shape: &LghShape,
+    gbuffer: &GBuffer,
+    (samples, representatives): (&Samples, Option<BufferHandle>),
+    estimates: ShadowEstimates,
+    round: Round,
+) {
+    let rays = frame.ray_shader("shadow_rays/trace_shadow_rays_round", round.dispatch());
+    let work = ComputeWork { push: round.push().to_vec(), ..rays };
+    let pass = sampling(frame, shape, &format!("shadow_rays/{}", round.number), work, gbuffer, samples)
+        .bind("history_shadowed", round.history, Access::ComputeSampled)
+        // What is not there is not read, but a binding needs a buffer.
+        .bind("round_representatives", representatives.unwrap_or(samples.grid.ranks), Access::ComputeRead)
+        // Written in part.
+        .bind("out_shadowed", estimates.shadowed, Access::ComputeReadWrite)
+        .bind("out_unshadowed", estimates.unshadowed, Access::ComputeReadWrite)
+        .bind("ray_count", frame.ray_count, Access::ComputeReadWrite);
+    frame.graph.add_pass(round.listed(pass));
 }
 
 /// A pass whose shader includes `shadow_rays/samples.glsl`, with everything bound that this needs.

@@ -2,10 +2,11 @@
 //! 2017). Histories are of the estimates before the filter: nothing filtered is fed back.
 
 use super::gbuffer::{GBuffer, MotionImages};
+use super::rounds::{self, Round};
 use super::shadow_rays::{FORMAT, ShadowEstimates};
 use super::{Extent, Frame, shader};
 use crate::gpu::ComputeWork;
-use crate::graph::{Access, History, ImageHandle, ImageInfo};
+use crate::graph::{Access, BufferHandle, History, ImageHandle, ImageInfo};
 use crate::settings::{Antilag, ShadowEstimate};
 use crate::shared::TILE_SIZE;
 
@@ -57,17 +58,89 @@ pub struct Reuse {
     pub antilag: Antilag,
     /// Distance of pixels that do not share samples.
     pub step_px: u32,
+    /// Rounds of shadow samples in a frame without history; in others further ones are for pixels whose history is short.
+    pub rounds: u32,
+}
+
+impl Reuse {
+    /// Frames that rounds make up at most. No history grows beyond what its weights allow.
+    #[must_use]
+    pub fn enough_frames(&self) -> f32 {
+        (self.rounds as f32).min(1.0 / self.least_weight)
+    }
+
+    /// The number of the last round.
+    #[must_use]
+    pub fn last_round(&self) -> u32 {
+        self.enough_frames().ceil() as u32
+    }
+}
+
+/// What a frame and those before it know.
+#[derive(Clone, Debug)]
+pub struct Blended {
+    /// The same for the filter.
+    pub light: Light,
+    /// The means, with the number of frames in alpha of the first.
+    pub histories: [ImageHandle; 2],
+    /// Tiles that take part in each further round of samples.
+    pub round_tiles: Vec<BufferHandle>,
 }
 
 /// Adds the passes for shadows of lighting.
-pub fn add(frame: &mut Frame, gbuffer: &GBuffer, motion: MotionImages, reuse: Reuse, light: Light) -> Light {
-    let (estimates, histories, before) = blend_estimates(frame, gbuffer, motion, reuse, light.estimates);
+pub fn add(frame: &mut Frame, gbuffer: &GBuffer, motion: MotionImages, reuse: Reuse, light: Light) -> Blended {
+    let round_tiles = rounds::declare_tiles(frame, reuse);
+    let first_tiles = round_tiles.first().copied();
+    let (estimates, histories, before) = blend_estimates(frame, gbuffer, motion, reuse, light.estimates, first_tiles);
     let frames = histories.shadowed.current;
     let lighting = histories
         .lighting
         .zip(before.lighting)
         .map(|(history, before)| blend_lighting(frame, light, frames, before, history.current));
-    Light { estimates, lighting: lighting.unwrap_or(light.lighting) }
+    Blended {
+        light: Light { estimates, lighting: lighting.unwrap_or(light.lighting) },
+        histories: [frames, histories.unshadowed.current],
+        round_tiles,
+    }
+}
+
+/// Adds the pass that blends the estimates of a further round of samples into what is known, where these are short of frames.
+pub fn add_round(
+    frame: &mut Frame,
+    gbuffer: &GBuffer,
+    reuse: Reuse,
+    estimates: ShadowEstimates,
+    blended: &Blended,
+    round: Round,
+) {
+    let [shadowed, unshadowed] = blended.histories;
+    let variant = if round.next_tiles.is_some() { "round" } else { "last_round" };
+    let work = ComputeWork {
+        constants: blend_constants(reuse, estimates),
+        push: vec![reuse.step_px, reuse.least_weight.to_bits(), round.enough_frames.to_bits()],
+        ..shader(&format!("temporal/blend_{variant}"), round.dispatch())
+    };
+    let mut pass = frame
+        .compute(&format!("temporal/blend/{}", round.number), work)
+        .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
+        .bind("shadowed_image", estimates.shadowed, Access::ComputeSampled)
+        .bind("unshadowed_image", estimates.unshadowed, Access::ComputeSampled)
+        .bind("history_shadowed", shadowed, Access::ComputeReadWrite)
+        .bind("history_unshadowed", unshadowed, Access::ComputeReadWrite)
+        // Written in part.
+        .bind("out_shadowed", blended.light.estimates.shadowed, Access::ComputeReadWrite)
+        .bind("out_unshadowed", blended.light.estimates.unshadowed, Access::ComputeReadWrite);
+    if let Some(tiles) = round.next_tiles {
+        pass = pass.bind("next_tiles", tiles, Access::ComputeReadWrite);
+    }
+    frame.graph.add_pass(round.listed(pass));
+}
+
+fn blend_constants(reuse: Reuse, estimates: ShadowEstimates) -> Vec<(&'static str, u32)> {
+    let mut constants = reuse.of.constants();
+    // What is cut is lost to the mean.
+    constants.push(("CUTS", u32::from(estimates.estimate != ShadowEstimate::Unbiased)));
+    constants
 }
 
 /// Adds the passes for estimates that are light by themselves.
@@ -78,8 +151,8 @@ pub fn add_radiance(
     reuse: Reuse,
     estimates: ShadowEstimates,
 ) -> ShadowEstimates {
-    let reuse = Reuse { of: Estimated::Radiance, step_px: 1, ..reuse };
-    blend_estimates(frame, gbuffer, motion, reuse, estimates).0
+    let reuse = Reuse { of: Estimated::Radiance, step_px: 1, rounds: 1, ..reuse };
+    blend_estimates(frame, gbuffer, motion, reuse, estimates, None).0
 }
 
 /// Gives the estimates for the filter, the histories, and what was reprojected of them.
@@ -89,6 +162,7 @@ fn blend_estimates(
     motion: MotionImages,
     reuse: Reuse,
     estimates: ShadowEstimates,
+    round_tiles: Option<BufferHandle>,
 ) -> (ShadowEstimates, Histories<History<ImageHandle>>, Histories<ImageHandle>) {
     let label = estimates.label;
     let mut history = |name: &str| frame.history_image(&format!("{label}temporal_{name}"), FORMAT);
@@ -100,7 +174,7 @@ fn blend_estimates(
     let before = reproject(frame, gbuffer, motion, label, &histories);
     let has_tiles = reuse.antilag == Antilag::Tiles;
     let given_up = has_tiles.then(|| compare_tiles(frame, motion, reuse.of, estimates, before));
-    let blended = blend(frame, gbuffer, reuse, estimates, &histories, (before, given_up));
+    let blended = blend(frame, gbuffer, (reuse, round_tiles), estimates, &histories, (before, given_up));
     (blended, histories, before)
 }
 
@@ -180,23 +254,20 @@ fn compare_tiles(
 fn blend(
     frame: &mut Frame,
     gbuffer: &GBuffer,
-    reuse: Reuse,
+    (reuse, round_tiles): (Reuse, Option<BufferHandle>),
     estimates: ShadowEstimates,
     histories: &Histories<History<ImageHandle>>,
     (before, given_up): (Histories<ImageHandle>, Option<ImageHandle>),
 ) -> ShadowEstimates {
-    let ShadowEstimates { shadowed, unshadowed, estimate, label, .. } = estimates;
+    let ShadowEstimates { shadowed, unshadowed, label, .. } = estimates;
     let blended = ["shadowed", "unshadowed"].map(|name| frame.image(&format!("{label}{name}_blended"), FORMAT));
-    let mut constants = reuse.of.constants();
-    // What is cut is lost to the mean.
-    constants.push(("CUTS", u32::from(estimate != ShadowEstimate::Unbiased)));
+    let mut constants = blend_constants(reuse, estimates);
     constants.push(("HAS_TILES", u32::from(given_up.is_some())));
-    let work = ComputeWork {
-        constants,
-        push: vec![reuse.step_px, reuse.least_weight.to_bits()],
-        ..shader("temporal/blend", frame.per_pixel())
-    };
-    let pass = frame
+    let mut push = vec![reuse.step_px, reuse.least_weight.to_bits()];
+    push.extend(round_tiles.map(|_| reuse.enough_frames().to_bits()));
+    let variant = if round_tiles.is_some() { "_rounds" } else { "" };
+    let work = ComputeWork { constants, push, ..shader(&format!("temporal/blend{variant}"), frame.per_pixel()) };
+    let mut pass = frame
         .compute(&format!("temporal/{label}blend"), work)
         .bind("depth_image", gbuffer.depth, Access::ComputeSampled)
         .bind("shadowed_image", shadowed, Access::ComputeSampled)
@@ -210,6 +281,9 @@ fn blend(
         .bind("history_unshadowed", histories.unshadowed.current, Access::ComputeWrite)
         .bind("out_shadowed", blended[0], Access::ComputeWrite)
         .bind("out_unshadowed", blended[1], Access::ComputeWrite);
+    if let Some(tiles) = round_tiles {
+        pass = pass.bind("next_tiles", tiles, Access::ComputeReadWrite);
+    }
     frame.graph.add_pass(pass);
     ShadowEstimates { shadowed: blended[0], unshadowed: blended[1], has_deviations: true, ..estimates }
 }

@@ -64,6 +64,7 @@ pub fn every_value_changed() -> Settings {
         s.lgh.temporal = Some(Temporal::Shadows);
         s.lgh.temporal_weight = Some(0.2);
         s.lgh.antilag = Antilag::Tiles;
+        s.lgh.temporal_rounds = Some(1);
         s.lgh.indirect_size = IndirectSize::Half;
         s.many_lights.clamp = 0.0;
         s.device.max_submit_ms = 50.5;

@@ -164,6 +164,10 @@ mod tests {
             let found = complaint(|s| s.lgh.temporal_weight = Some(bad));
             assert_eq!(found, format!("--temporal-weight must be above 0 and at most 1, not {bad}"));
         }
+        for bad in [0, 65] {
+            let found = complaint(|s| s.lgh.temporal_rounds = Some(bad));
+            assert_eq!(found, format!("--temporal-rounds must be from 1 to 64, not {bad}"));
+        }
         assert_eq!(complaint(|s| s.lgh.interleave = 3), "--interleave must be 1, 2 or 4, not 3");
         assert_eq!(complaint(|s| s.many_lights.shadow_samples = 17), "--shadow-samples must be from 0 to 16, not 17");
         assert_eq!(complaint(|s| s.lgh.shadow_from = 11), "--shadow-from must be from 0 to 10, not 11");

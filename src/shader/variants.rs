@@ -35,6 +35,7 @@ type VariantSpec = (&'static str, &'static [(&'static str, &'static str)]);
 const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("atrous/filter_shadows.comp.glsl", FILTERS),
     ("cache_gather/shade_tiles.comp.glsl", CACHES),
+    ("descent/draw_representatives.comp.glsl", ROUNDS),
     ("emitter_light/sample_emitters.comp.glsl", RAYS),
     ("gbuffer/draw_scene.frag.glsl", SURFACES),
     ("gbuffer/draw_scene.vert.glsl", MOVING_VERTICES),
@@ -45,7 +46,8 @@ const VARIANTS: &[(&str, &[VariantSpec])] = &[
     ("light_starts/find_starts.comp.glsl", RAYS),
     ("light_volumes/shade_light_volume.frag.glsl", RESERVOIR_MODES),
     ("light_volumes/shade_top_level.frag.glsl", RESERVOIR_MODES),
-    ("shadow_rays/trace_shadow_rays.comp.glsl", RAYS),
+    ("shadow_rays/trace_shadow_rays.comp.glsl", RAYS_OF_ROUNDS),
+    ("temporal/blend.comp.glsl", BLENDS),
     ("temporal/reproject.comp.glsl", HISTORIES),
     ("vpl_trace/trace_paths.comp.glsl", RAYS),
     ("direct_light/shade_direct.comp.glsl", RAYS),
@@ -74,12 +76,15 @@ const CACHES: &[VariantSpec] = &[("", &[]), ("_show", &[("SHOW_CACHES", "1")])];
 /// What is summed: set bits, or words as numbers.
 const SCANNED: &[VariantSpec] = &[("", &[]), ("_values", &[("SCAN_VALUES", "1")])];
 
-/// Gathering without reservoirs, and with the lights themselves as first level, which needs their lists.
+/// Gathering without reservoirs, and with the lights themselves as first level, which needs their lists; further rounds of a
+/// frame, of reservoirs alone.
 const GATHERS: &[VariantSpec] = &[
     ("", &[]),
     ("_none", &[("RESERVOIR_NONE", "1")]),
     ("_first_level_0", &[("FIRST_LEVEL_0", "1")]),
     ("_first_level_0_none", &[("FIRST_LEVEL_0", "1"), ("RESERVOIR_NONE", "1")]),
+    ("_round", &[("ROUND", "1")]),
+    ("_first_level_0_round", &[("FIRST_LEVEL_0", "1"), ("ROUND", "1")]),
 ];
 
 /// `--shadow-samples 0` needs no reservoir, the other modes update it in three ways.
@@ -105,6 +110,25 @@ const WITH_MOTION: &[VariantSpec] = &[("", &[]), ("_motion", &[("FINDS_MOTION", 
 
 /// Histories of the shadow estimates, or of the lighting as well.
 const HISTORIES: &[VariantSpec] = &[("", &[]), ("_lighting", &[("KEEPS_LIGHTING", "1")])];
+
+/// A frame's shadow samples, or further rounds of them where histories are short.
+const ROUNDS: &[VariantSpec] = &[("", &[]), ("_round", &[("ROUND", "1")])];
+
+/// The same; where another one may follow, what takes part in it is listed.
+const BLENDS: &[VariantSpec] = &[
+    ("", &[]),
+    ("_rounds", &[("LISTS_TILES", "1")]),
+    ("_round", &[("ROUND", "1"), ("LISTS_TILES", "1")]),
+    ("_last_round", &[("ROUND", "1")]),
+];
+
+/// A frame's shadow samples, or further rounds of them, and what traces rays.
+const RAYS_OF_ROUNDS: &[VariantSpec] = &[
+    ("", &[]),
+    ("_query", &[("RAY_QUERY", "1")]),
+    ("_round", &[("ROUND", "1")]),
+    ("_round_query", &[("ROUND", "1"), ("RAY_QUERY", "1")]),
+];
 
 /// What traces rays: `--rays bvh`, or `query`.
 const RAYS: &[VariantSpec] = &[("", &[]), ("_query", &[("RAY_QUERY", "1")])];

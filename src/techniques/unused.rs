@@ -23,6 +23,7 @@ const READERS: &[(&[&str], &[&str])] = &[
             "temporal",
             "temporal-weight",
             "antilag",
+            "temporal-rounds",
         ],
         LGH,
     ),
@@ -35,8 +36,16 @@ const READERS: &[(&[&str], &[&str])] = &[
     (&["samples"], &["path-trace"]),
 ];
 /// Settings of shadow rays.
-const OF_SHADOWS: &[&str] =
-    &["shadow-from", "shadow-points", "shadow-estimate", "reservoir", "temporal", "temporal-weight", "antilag"];
+const OF_SHADOWS: &[&str] = &[
+    "shadow-from",
+    "shadow-points",
+    "shadow-estimate",
+    "reservoir",
+    "temporal",
+    "temporal-weight",
+    "antilag",
+    "temporal-rounds",
+];
 
 /// Why a setting has no effect on the picture as the others are, as a sentence without its first words: "with --micro rays".
 /// `None` where it has one.
@@ -55,7 +64,9 @@ pub fn why_unused(settings: &Settings, key: &str) -> Option<String> {
         "taa" if settings.render.view != View::Final => {
             return Some(format!("with --view {}", name(&settings.render.view)));
         }
-        "antilag" | "temporal-weight" if settings.lgh.temporal == Some(Temporal::Off) => "with --temporal off",
+        "antilag" | "temporal-weight" | "temporal-rounds" if settings.lgh.temporal == Some(Temporal::Off) => {
+            "with --temporal off"
+        }
         "coverage" if settings.pbgi.micro == MicroFill::Rays => "with --micro rays",
         "environment-scale" | "environment-turn" if settings.environment.source == Some(EnvironmentSource::None) => {
             "with --environment none"

@@ -104,7 +104,9 @@ fn pictures(settings: &Settings) -> Vec<Vec<f32>> {
 fn a_frame_without_history_is_as_with_temporal_off() {
     for (view, interleave) in [(View::Final, 1), (View::Direct, 1), (View::Final, 2), (View::Final, 4)] {
         let settings = |mode: Temporal| {
-            area_settings(SIZES[4], mode).changed(|s| (s.render.view, s.lgh.interleave) = (view, interleave))
+            area_settings(SIZES[4], mode).changed(|s| {
+                (s.render.view, s.lgh.interleave, s.lgh.temporal_rounds) = (view, interleave, Some(1));
+            })
         };
         let plain = pictures(&settings(Temporal::Off));
         for mode in [Temporal::Shadows, Temporal::Indirect] {

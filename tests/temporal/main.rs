@@ -7,6 +7,7 @@ mod blending;
 mod common;
 mod motion_vectors;
 mod reprojection;
+mod rounds;
 mod run;
 #[path = "../support/mod.rs"]
 mod support;

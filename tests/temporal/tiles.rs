@@ -335,7 +335,7 @@ fn other_comparisons_are_noticed() {
 }
 
 /// The furnished room under a lamp that shines on one of its sides.
-fn lit_from(side: f32) -> Scene {
+pub fn lit_from(side: f32) -> Scene {
     let mut scene = furnished_room();
     scene.lights = vec![Light::Spot {
         position_ws: Vec3::new(0.0, 0.2, 0.0),
@@ -362,7 +362,7 @@ fn blocks(radiance: &[f32], size: Size) -> Vec<f64> {
 const LAMP_SIZE: Size = Size { width: 64, height: 40 };
 
 /// Frames that show the lamp.
-fn lamp_settings(antilag: Antilag) -> Settings {
+pub fn lamp_settings(antilag: Antilag) -> Settings {
     settings(LAMP_SIZE, Temporal::Shadows, ShadowEstimate::Ratio).changed(|s| {
         (s.lgh.antilag, s.many_lights.shadow_samples) = (antilag, 4);
         s.many_lights.vpls = 2000;

@@ -119,7 +119,7 @@ impl Plan {
         if let (Quality::Moving, Way::Adapts(Rung { is_cheap: true, .. })) = (quality, self.way) {
             new = changed_if_valid(cheaper(new), |s| {
                 s.lgh.indirect_size = IndirectSize::Half;
-                s.lgh.interleave = s.lgh.interleave.max(MOVING_INTERLEAVE);
+                interleave(s, MOVING_INTERLEAVE);
             });
         } else if let Way::Adapts(_) = self.way {
             new = for_mean(new);
@@ -163,8 +163,16 @@ fn for_mean(settings: Settings) -> Settings {
     changed_if_valid(settings, |s| {
         s.many_lights.shadow_samples = s.many_lights.shadow_samples.min(REST_SAMPLES);
         s.environment.samples = s.environment.samples.min(REST_SAMPLES);
-        s.lgh.interleave = s.lgh.interleave.max(REST_INTERLEAVE);
+        interleave(s, REST_INTERLEAVE);
     })
+}
+
+/// Interleaved frames have one round of samples.
+fn interleave(settings: &mut Settings, least: u32) {
+    settings.lgh.interleave = settings.lgh.interleave.max(least);
+    if settings.lgh.interleave > 1 {
+        settings.lgh.temporal_rounds = None;
+    }
 }
 
 fn is_reference(settings: &Settings) -> bool {
@@ -201,6 +209,7 @@ pub fn fixed_scale(setting: RenderScale) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Antilag;
 
     const WINDOW: [u32; 2] = [1280, 720];
 
@@ -254,6 +263,11 @@ mod tests {
         );
         let asked = Settings::default().changed(|s| s.lgh.temporal = Some(Temporal::Off));
         assert_eq!(plan.settings(Quality::Moving, &asked).lgh.temporal, Some(Temporal::Off));
+        let asked = Settings::default().changed(|s| {
+            (s.lgh.temporal, s.lgh.antilag, s.lgh.temporal_rounds) = (Some(Temporal::Shadows), Antilag::Tiles, Some(9));
+        });
+        let moving = plan.settings(Quality::Moving, &asked).lgh;
+        assert_eq!((moving.interleave, moving.temporal_rounds_or_default()), (MOVING_INTERLEAVE, 1));
         let asked = Settings::default().changed(|s| s.lgh.temporal = Some(Temporal::Indirect));
         assert_eq!(plan.settings(Quality::Full, &asked).lgh.temporal, None, "a mean");
         let asked = Settings::default().changed(|s| s.render.taa = Switch::On);

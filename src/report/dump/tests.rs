@@ -18,7 +18,7 @@ use crate::settings::{
 use crate::techniques::testing::{all_shapes, pbgi_shapes};
 
 const REUSE: Reuse =
-    Reuse { of: Estimated::Light, least_weight: 0.05, antilag: crate::settings::Antilag::Tiles, step_px: 1 };
+    Reuse { of: Estimated::Light, least_weight: 0.05, antilag: crate::settings::Antilag::Tiles, step_px: 1, rounds: 3 };
 
 const AREA_LIGHT: AreaLightShape = AreaLightShape { samples: 4, is_filtered: true, reuse: None };
 

@@ -103,6 +103,10 @@ settings_group! {
         /// light differs by more than its noise [default: off]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "off|tiles", help_heading = "Shadows")]
         pub antilag: Antilag = Antilag::Off,
+        /// Frames that these means are made of at least: where a pixel has fewer, it takes shadow samples in several rounds in one
+        /// frame, and each round counts as a frame, 1 to 64 [default: 1; 16 with --temporal shadows --antilag tiles]
+        #[arg(long, value_name = "N", help_heading = "Shadows")]
+        pub temporal_rounds: Option<u32> = None,
     }
 }
 
@@ -130,6 +134,28 @@ impl LghSettings {
             Antilag::Tiles => 0.02,
         })
     }
+
+    /// The rounds that are asked for, else the default: the paper has one, and so has what cannot have more.
+    #[must_use]
+    pub fn temporal_rounds_or_default(&self) -> u32 {
+        let has_more = self.antilag == Antilag::Tiles && self.one_round_only().is_none();
+        self.temporal_rounds.unwrap_or(if has_more { 16 } else { 1 })
+    }
+
+    /// The setting with which a frame has one round of shadow samples only, and what to choose instead.
+    #[must_use]
+    pub fn one_round_only(&self) -> Option<[&'static str; 2]> {
+        let draws_volumes = self.lighting == Some(LightingMode::Volumes);
+        if self.temporal != Some(Temporal::Shadows) {
+            Some(["anything but --temporal shadows", "--temporal shadows"])
+        } else if self.interleave > 1 {
+            Some(["--interleave", "--interleave 1"])
+        } else if draws_volumes || matches!(self.reservoir, Some(Reservoir::Race | Reservoir::Lock)) {
+            Some(["light volumes", "--lighting gather and --reservoir exact"])
+        } else {
+            None
+        }
+    }
 }
 
 impl Validate for LghSettings {
@@ -142,6 +168,7 @@ impl Validate for LghSettings {
         require(weight > 0.0 && weight <= 1.0, || {
             format!("--temporal-weight must be above 0 and at most 1, not {weight}")
         })?;
+        within("temporal-rounds", self.temporal_rounds_or_default(), 1..=64)?;
         within("first-level", self.first_level, 0..=1)?;
         require(matches!(self.interleave, 1 | 2 | 4), || {
             format!("--interleave must be 1, 2 or 4, not {}", self.interleave)

@@ -9,6 +9,7 @@ use crate::dump::{
     interleaved, noted, per_pixel, ranks, u, words,
 };
 use crate::passes::lgh_shape::LghShape;
+use crate::passes::rounds::LIST_HEADER;
 use crate::settings::Reservoir;
 use crate::shared::{
     self, DESCENT_STRIDE, FieldInfo, FrameData, GridLight, GridPlacement, MAX_LEVEL, MOMENT_WORDS, NO_LIGHT,
@@ -122,6 +123,18 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         reservoirs,
         "The merged lights selected by each pixel for its shadow rays, with the winning key or the sum of all weights.",
     )),
+    interleaved(buffer(
+        "round_reservoirs",
+        "index; race key or luminance",
+        reservoirs,
+        "The same in further rounds of samples, where the inspector reads those of the first.",
+    )),
+    buffer(
+        "round_tiles_*",
+        "index",
+        round_tiles,
+        "Tiles of 8x8 pixels with some that take part in that round of samples, in rising order.",
+    ),
     image(
         "lighting_blurred_*",
         LIGHTING,
@@ -145,6 +158,12 @@ pub(in crate::techniques) const ENTRIES: &[Entry] = &[
         "index; race key",
         representatives,
         "Four lights of S0 for each S1 light, drawn in proportion to their share of it.",
+    ),
+    buffer(
+        "round_representatives",
+        "index; race key",
+        representatives,
+        "The same of a further round of samples; none where there is a history.",
     ),
     buffer(
         "discontinuities",
@@ -286,6 +305,15 @@ fn level_dispatches(bytes: &[u8], known: &DumpContext<'_>) -> Array {
         }
     }
     Array::plain(Scalar::U32, &[words.len() as u64 / 3, 3], &bytes_of(&words))
+}
+
+/// The tiles of a list, sorted: the order there is that in which workgroups came.
+fn round_tiles(bytes: &[u8], _: &DumpContext<'_>) -> Array {
+    let words = words(bytes);
+    let count = words.get(LIST_HEADER - 1).copied().unwrap_or(0) as usize;
+    let mut tiles: Vec<u32> = words.into_iter().skip(LIST_HEADER).take(count).collect();
+    tiles.sort_unstable();
+    Array::plain(Scalar::U32, &[tiles.len() as u64], &bytes_of(&tiles))
 }
 
 /// One dispatch.

@@ -64,6 +64,9 @@ impl Technique for Lgh {
         if let Some(temporal) = settings.lgh.temporal.filter(|temporal| *temporal != Temporal::Off) {
             check_temporal(settings, &name(&temporal))?;
         }
+        if settings.lgh.temporal_rounds_or_default() > 1 {
+            check_rounds(&settings.lgh)?;
+        }
         if settings.lgh.indirect_size == IndirectSize::Half {
             check_half(settings)?;
         }
@@ -157,6 +160,15 @@ fn check_temporal(settings: &Settings, temporal: &str) -> Result<()> {
     settings.require_successive_frames(&what)
 }
 
+/// Checks that samples can be taken again in the same frame.
+fn check_rounds(settings: &LghSettings) -> Result<()> {
+    let [reason, instead] = settings.one_round_only().unwrap_or_default();
+    require(reason.is_empty(), || {
+        let rounds = settings.temporal_rounds_or_default();
+        format!("--temporal-rounds {rounds} does not go with {reason}: leave it out, or choose {instead}")
+    })
+}
+
 /// What is taken over from the frames before. Frames of a mean are to be independent.
 fn reuse(job: &Job<'_>) -> Option<Reuse> {
     let settings = job.settings;
@@ -168,7 +180,8 @@ fn reuse(job: &Job<'_>) -> Option<Reuse> {
         Temporal::Shadows => Estimated::Shadows,
         Temporal::Indirect => Estimated::Light,
     };
-    let reuse = Reuse { of, least_weight, antilag, step_px: interleave };
+    let rounds = settings.lgh.temporal_rounds_or_default();
+    let reuse = Reuse { of, least_weight, antilag, step_px: interleave, rounds };
     (has_samples && settings.render.accumulate == 1).then_some(reuse)
 }
 
@@ -227,6 +240,7 @@ impl TechniqueShape for LghShape {
         settings.lgh.reservoir = Some(self.reservoir);
         settings.lgh.shadow_estimate = Some(self.shadow_estimate);
         settings.lgh.temporal_weight = Some(settings.lgh.temporal_weight_or_default());
+        settings.lgh.temporal_rounds = Some(self.reuse.map_or(1, |reuse| reuse.rounds));
         settings.lgh.temporal = Some(match self.reuse.map(|reuse| reuse.of) {
             None => Temporal::Off,
             Some(Estimated::Light) => Temporal::Indirect,

@@ -14,10 +14,10 @@ use crate::passes::lgh_shape::LghShape;
 use crate::passes::light_volumes::Lighting;
 use crate::passes::merge::MergedLights;
 use crate::passes::shadow_rays::{Samples, ShadowEstimates};
-use crate::passes::temporal::Light;
+use crate::passes::temporal::{Blended, Light, Reuse};
 use crate::passes::{
     Frame, FrameShape, atrous, bounds, compaction, descent, first_level, grid_gather, grid_update, half_picture,
-    inspect, interleave, light_buckets, light_gather, light_volumes, merge, shadow_rays, temporal,
+    inspect, interleave, light_buckets, light_gather, light_volumes, merge, rounds, shadow_rays, temporal,
 };
 use crate::settings::{
     FirstLevelBuild, GridUpdate, IndirectSize, LevelBuild, LightingMode, ShadowFilter, ShadowPoints,
@@ -79,7 +79,7 @@ fn add_indirect(
     let lit = add_lighting(frame, shape, gbuffer, hierarchy);
     let filtered = lit.lighting.reservoirs.map(|_| {
         let estimates = trace_shadows(frame, shape, gbuffer, hierarchy, &lit);
-        filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::ForPicture)
+        filter_shadows(frame, shape, gbuffer, hierarchy, &lit, estimates, Filtered::ForPicture)
     });
     let lighting = filtered.map_or(lit.composite.lighting, |light| light.lighting);
     let shadows = filtered.map(|light| light.estimates);
@@ -133,18 +133,20 @@ pub(super) fn add_lighting(
             light_volumes::add(frame, shape, gbuffer, depth, hierarchy.placement, &hierarchy.merged)
         }
         LightingMode::Gather => {
-            let inputs = light_gather::Inputs {
-                lights: hierarchy.lights,
-                placement: hierarchy.placement,
-                grid: hierarchy.grid,
-                merged: hierarchy.merged,
-            };
-            light_gather::add(frame, shape, gbuffer, &inputs)
+            let mut inputs = gather_inputs(hierarchy);
+            let lighting = light_gather::add(frame, shape, gbuffer, &mut inputs);
+            hierarchy.grid = inputs.grid;
+            lighting
         }
     };
     hierarchy.lights_tested = Some(lighting.lights_tested);
     let composite = interleave::composite(frame, shape, gbuffer, lighting.image);
     Lit { lighting, composite }
+}
+
+fn gather_inputs(hierarchy: &HierarchyOutputs) -> light_gather::Inputs {
+    let HierarchyOutputs { lights, placement, grid, merged, .. } = *hierarchy;
+    light_gather::Inputs { lights, placement, grid, merged }
 }
 
 /// One ray for each light that a reservoir holds.
@@ -171,6 +173,7 @@ pub(super) fn filter_shadows(
     frame: &mut Frame,
     shape: &LghShape,
     gbuffer: &GBuffer,
+    hierarchy: &HierarchyOutputs,
     lit: &Lit,
     estimates: ShadowEstimates,
     filtered: Filtered,
@@ -178,12 +181,41 @@ pub(super) fn filter_shadows(
     let estimates = interleave::smooth_estimates(frame, gbuffer, &lit.composite, estimates);
     let mut light = Light { estimates, lighting: lit.composite.lighting };
     if let Some((motion, reuse)) = gbuffer.motion.zip(shape.reuse) {
-        light = temporal::add(frame, gbuffer, motion, reuse, light);
+        let blended = temporal::add(frame, gbuffer, motion, reuse, light);
+        add_rounds(frame, shape, gbuffer, hierarchy, &samples(hierarchy, lit), (reuse, estimates, &blended));
+        light = blended.light;
     }
     if shape.filter == ShadowFilter::Atrous {
         light.estimates = atrous::add(frame, gbuffer, shape.interleave, light.estimates, filtered);
     }
     light
+}
+
+/// Further rounds of samples where histories are short.
+fn add_rounds(
+    frame: &mut Frame,
+    shape: &LghShape,
+    gbuffer: &GBuffer,
+    hierarchy: &HierarchyOutputs,
+    samples: &Samples,
+    (reuse, estimates, blended): (Reuse, ShadowEstimates, &Blended),
+) {
+    if reuse.last_round() == 1 {
+        return;
+    }
+    let of_first = samples.reservoirs.filter(|_| !frame.shape.inspect);
+    let reservoirs = of_first.unwrap_or_else(|| light_gather::add_round_reservoirs(frame, shape));
+    let samples = Samples { reservoirs: Some(reservoirs), ..*samples };
+    let descent = samples.descent.map(|descent| (descent, descent::declare_round_representatives(frame, shape)));
+    for round in rounds::all(reuse, blended) {
+        if let Some((descent, representatives)) = &descent {
+            descent::add_round(frame, shape, &samples, descent, *representatives, round);
+        }
+        light_gather::add_round(frame, shape, gbuffer, &gather_inputs(hierarchy), reservoirs, round);
+        let representatives = descent.map(|(_, representatives)| representatives);
+        shadow_rays::add_round(frame, shape, gbuffer, (&samples, representatives), estimates, round);
+        temporal::add_round(frame, gbuffer, reuse, estimates, blended, round);
+    }
 }
 
 /// The grids: S1 from the lights, the rest by gather, or everything by scatter.

@@ -63,7 +63,7 @@ fn lighting(frame: &mut Frame, shape: &LghShape, gbuffer: &GBuffer, view: View) 
             let estimates = trace_shadows(frame, shape, gbuffer, &hierarchy, &lit);
             let mut light = Light { estimates, lighting: lit.composite.lighting };
             if view == View::ShadowRatioFiltered {
-                light = filter_shadows(frame, shape, gbuffer, &lit, estimates, Filtered::Both);
+                light = filter_shadows(frame, shape, gbuffer, &hierarchy, &lit, estimates, Filtered::Both);
             }
             debug_view::show_surface(frame, gbuffer, SurfaceView::ShadowRatio(light.lighting, light.estimates))
         }

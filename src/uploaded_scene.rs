@@ -60,8 +60,8 @@ pub struct UploadedScene {
     vertex_moves: u64,
     /// Whether anything moves: vertices, lights or cameras.
     animated: bool,
-    /// Whether vertices or lights move, and light paths with them.
-    lighting_moves: bool,
+    /// Whether lights move or change.
+    lights_move: bool,
     /// Points over its surfaces, those that were asked for last in front.
     points: Vec<Arc<PointCloud>>,
 }
@@ -202,7 +202,7 @@ impl UploadedScene {
             moving: moves.then(|| Arc::new(MovingBvh::new(bvh))),
             vertex_moves: 0,
             animated: scene.motion.moves().any(),
-            lighting_moves: moves || scene.motion.moves().lights,
+            lights_move: scene.motion.moves().lights,
             points: Vec::new(),
         })
     }
@@ -377,7 +377,13 @@ impl UploadedScene {
     /// Whether vertices or lights move, and light paths with them.
     #[must_use]
     pub fn has_moving_lighting(&self) -> bool {
-        self.lighting_moves
+        self.has_moving_vertices() || self.lights_move
+    }
+
+    /// Whether lights move or change.
+    #[must_use]
+    pub fn has_moving_lights(&self) -> bool {
+        self.lights_move
     }
 
     /// Triangles of the scene that shine by themselves.

@@ -6,10 +6,12 @@ use std::ops::ControlFlow;
 
 use common::rooms::{add_quad, camera};
 use glam::Vec3;
+use gridlight::passes::lgh_shape::LghShape;
 use gridlight::renderer::{Job, Renderer, UploadedScene};
 use gridlight::scene::testing::{diffuse, scene_from_quads};
-use gridlight::scene::{Light, Scene};
+use gridlight::scene::{Light, Scene, gltf};
 use gridlight::settings::{Settings, Size, Switch, Technique, VplImportance};
+use gridlight::shared::StartCell;
 
 /// How far the indirect light may be off.
 const ENERGY: f64 = 0.05;
@@ -78,4 +80,31 @@ fn where_all_is_near_nothing_changes() {
     let far = room_on_ground(1000.0);
     let [view, none] = [VplImportance::View, VplImportance::None].map(|i| render(&far, Technique::BruteForce, i));
     assert!(view != none, "the option arrives");
+}
+
+/// Where paths start in the built-in scene while an animation of it plays, learnt at a moment.
+fn starts(animation: &str, moment_s: f64) -> Vec<StartCell> {
+    let glb = include_bytes!("../assets/courtyard.glb");
+    let mut scene = gltf::load_scene_of("courtyard", glb, "courtyard in motion", &|_, _, _| ()).unwrap();
+    scene.play(Some(animation)).unwrap();
+    scene.pose(moment_s);
+    let test = common::gpu();
+    let uploaded = UploadedScene::new(&test.gpu, &scene).unwrap();
+    let settings = Settings::default().changed(|s| {
+        s.picture.size = Size { width: 32, height: 18 };
+        s.many_lights.vpls = 3000;
+    });
+    let camera = scene.cameras.iter().find(|camera| camera.name == "court").unwrap();
+    let renderer = Renderer::new(&Job::new(&test.gpu, &uploaded, camera, &settings)).unwrap();
+    let shape = renderer.shapes().of::<LghShape>().unwrap();
+    shape.lights.starts.as_ref().map(|starts| starts.cells.clone()).unwrap_or_default()
+}
+
+/// The lamp of `switch` shines from the first second on.
+#[test]
+fn a_lamp_that_is_dark_at_first_has_starts_of_its_own() {
+    let [dark, shining] = [0.5, 1.5].map(|moment_s| starts("switch", moment_s));
+    assert!(dark.len() > 100, "{} cells", dark.len());
+    assert!(dark == shining, "what is learnt depends on when");
+    assert!(dark != starts("none", 0.5), "the lamp makes no difference");
 }

@@ -19,8 +19,24 @@ layout(local_size_x = 64) in;
 // Path p of visible point v, vertex b: sample (v * paths_per_part + p) * bounces + b.
 layout(set = 0, binding = 1, std430) writeonly buffer StartSamples { StartSample start_samples[]; };
 
-// The picture has parts_per_edge^2 parts, and the point that is seen in each has so many paths.
-layout(push_constant) uniform Push { uint parts_per_edge; uint paths_per_part; };
+layout(push_constant) uniform Push {
+    // The picture has parts_per_edge^2 parts, and the point that is seen in each has so many paths.
+    uint parts_per_edge;
+    uint paths_per_part;
+    // Luminance of the flux of all lights while they emit most, where they change; else 0.
+    float changing_flux;
+};
+
+// A light as it is, or while it emits most: one that is dark now is to have paths that start where they will count.
+PunctualLight at_its_brightest(PunctualLight light) {
+    if (changing_flux > 0.0) {
+        float spot = 2.0 * PI * (1.0 - light.outer_cos);
+        float point = light.kind == LIGHT_POINT ? 4.0 * PI : spot;
+        float flux_per_intensity = light.kind == LIGHT_DIRECTIONAL ? PI * scene_radius() * scene_radius() : point;
+        light.intensity = vec3(light.path_probability * changing_flux / max(flux_per_intensity, 1e-20));
+    }
+    return light;
+}
 
 // A point in one of parts_per_edge^2 parts of the picture, as a direction from the eye.
 vec3 view_direction(uint part, inout uint random_state) {
@@ -58,7 +74,7 @@ StartSample sample_start(HitSurface surface, vec3 origin, vec3 throughput, inout
         irradiance = emitter_irradiance(surface.position_ws, surface.normal, surface.geometric, origin, numbers);
     } else {
         numbers = start_through(light, surface.position_ws);
-        irradiance = irradiance_from(light, surface.position_ws, surface.normal, surface.geometric, origin);
+        irradiance = irradiance_from(at_its_brightest(light), surface.position_ws, surface.normal, surface.geometric, origin);
     }
     vec3 received = throughput / PI * irradiance / max(lamp_probability(light), 1e-20);
     return StartSample(vec3(position, numbers), luminance(received));

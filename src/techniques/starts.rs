@@ -33,7 +33,8 @@ pub(super) fn learn_starts(job: &Job<'_>) -> Result<Option<StartDensity>> {
 
 fn find_starts(job: &Job<'_>, bounces: u32) -> Result<Vec<StartSample>> {
     let mut frame = Frame::new(FrameShape::new(job));
-    let samples = light_starts::add(&mut frame, bounces);
+    let changing_flux = job.scene.has_moving_lights().then_some(job.scene.light_flux as f32);
+    let samples = light_starts::add(&mut frame, bounces, changing_flux);
     let mut executor = Executor::new(job.gpu, frame.graph, Some(Arc::clone(&job.scene.set)))?;
     let mut data = job.frame_data();
     data.bounces = bounces;

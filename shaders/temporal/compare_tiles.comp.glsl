@@ -26,7 +26,8 @@ const float MOST_DEVIATION = 9.0;
 // Standard deviations from which a difference is noise no longer in part, and not at all: of a frame, and of a drift, in which
 // what is rare among frames averages out.
 const vec2 FRAME_LIMITS = vec2(4.0, 6.0);
-const vec2 DRIFT_LIMITS = vec2(3.0, 5.0);
+// Where lights or surfaces have moved since the frame before, light is more likely to have changed, and less is taken for noise.
+vec2 drift_limits() { return frame.lighting_stands != 0u ? vec2(3.0, 5.0) : vec2(1.5, 3.5); }
 // A frame of a single tile counts less: single samples of much light are common, and are not of the same tile twice in a row.
 const float OF_ONE = 0.3;
 // Standard deviations that a frame counts in the drift, and a tile for its frame among others, at most: a single one never makes up
@@ -36,8 +37,9 @@ const float MOST_COUNTED = 4.0;
 const float DRIFT_WEIGHT = 0.25;
 // Variance of such a mean of numbers whose own is 1.
 const float MEAN_VARIANCE = DRIFT_WEIGHT / (2.0 - DRIFT_WEIGHT);
-// A drift gives up no more than this in a frame, as it goes on in the next. The least weight of a frame in the paper.
-const float MOST_BY_DRIFT = 0.2;
+// A drift gives up no more than this in a frame, as it goes on in the next: the least weight of a frame in the paper, or more
+// while something moves.
+float most_by_drift() { return frame.lighting_stands != 0u ? 0.2 : 0.5; }
 
 ivec2 tile_count() { return (ivec2(image_size()) + int(TILE_SIZE) - 1) / int(TILE_SIZE); }
 
@@ -76,7 +78,8 @@ float drift_deviation(vec4 sum) {
 
 // What is given up of the history for a frame, and for a drift.
 vec2 given_up(vec2 deviations) {
-    return smoothstep(vec2(FRAME_LIMITS.x, DRIFT_LIMITS.x), vec2(FRAME_LIMITS.y, DRIFT_LIMITS.y), abs(deviations));
+    vec2 of_drift = drift_limits();
+    return smoothstep(vec2(FRAME_LIMITS.x, of_drift.x), vec2(FRAME_LIMITS.y, of_drift.y), abs(deviations));
 }
 
 // The same for what the tiles around one say: nothing if they are not off together, and otherwise as much as makes the error
@@ -135,7 +138,7 @@ void main() {
     }
     vec2 of_tile = given_up(vec2(OF_ONE * difference.of_frame, difference.drift / drift_deviation(sum)));
     vec2 shares = max(of_tile, given_up_by_group(tile));
-    float share = max(shares.x, min(shares.y, MOST_BY_DRIFT));
+    float share = max(shares.x, min(shares.y, most_by_drift()));
     float variance = mix(before.g, is_known ? min(deviation, MOST_DEVIATION * max(before.g, LEAST_VARIANCE)) : deviation, max(1.0 / before.a, LEAST_WEIGHT));
     // What the frames before are above a history that has moved towards this one.
     float drift = difference.drift * (1.0 - share);

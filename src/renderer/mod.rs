@@ -188,6 +188,8 @@ impl Renderer {
         self.data.history_is_valid = valid.into();
         let stands = valid && !self.scene_changed && without_view(&self.data) == without_view(&last);
         self.data.scene_stands = stands.into();
+        let same_lights = || constants_of_lights(&self.data) == constants_of_lights(&last);
+        self.data.lighting_stands = (valid && !self.scene_changed && same_lights()).into();
         self.scene_changed = false;
         self.last_data = self.data;
     }
@@ -359,6 +361,7 @@ fn without_view(data: &FrameData) -> Vec<u8> {
         rasteriser_step: 0.0,
         history_is_valid: 0,
         scene_stands: 0,
+        lighting_stands: 0,
         inspected_pixel: [0; 2],
         exposure: 0.0,
         exposure_compensation: 0.0,

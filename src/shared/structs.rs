@@ -139,8 +139,10 @@ shared_structs! {
         pub renewed_paths: u32,
         /// Of the frame before, `jitter_x_px` and `jitter_y_px`.
         pub previous_jitter_px: [f32; 2],
+        /// 1 when the frame before has left its history, and lights, light paths and surfaces are where they were in it.
+        pub lighting_stands: u32,
         /// Unused.
-        pub padding: [f32; 2],
+        pub padding: u32,
     }
 
     /// A material as traced rays see it.

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Executor, Gpu};
 use crate::graph::Graph;
 use crate::passes::motion::{self, Moved};
 use crate::passes::scene::SceneParts;
 use crate::passes::{refit, structures};
 use crate::scene::Scene;
-use crate::scene::motion::MovingMeshes;
+use crate::scene::motion::{MovingMeshes, PoseLayout};
 use crate::scene::refit::MovingParts;
 use crate::settings::Rays;
 use crate::shared::{MovedTree, NodeBox};
@@ -25,7 +25,7 @@ pub struct SceneMover {
 
 /// Passes that move vertices and what follows from them.
 struct DeviceMover {
-    meshes: MovingMeshes,
+    poses: PoseLayout,
     executor: Executor,
     moved: Moved,
     /// Whether the device has the tree that the passes refit, and not one that was built for a moment.
@@ -39,9 +39,8 @@ impl SceneMover {
     /// Device errors.
     pub fn new(gpu: &Arc<Gpu>, scene: &Scene, uploaded: &UploadedScene) -> Result<Self> {
         let device = if uploaded.has_moving_vertices() { DeviceMover::new(gpu, scene, uploaded)? } else { None };
-        let mut mover = Self { gpu: Arc::clone(gpu), device, pass_ms: Vec::new() };
-        mover.take_pass_ms();
-        Ok(mover)
+        let pass_ms = device.as_ref().map_or_else(Vec::new, DeviceMover::no_ms);
+        Ok(Self { gpu: Arc::clone(gpu), device, pass_ms })
     }
 
     /// Names of its passes; none where no vertices move.
@@ -51,10 +50,10 @@ impl SceneMover {
         graph.map_or_else(Vec::new, |graph| graph.passes().iter().map(|pass| pass.name.clone()).collect())
     }
 
-    /// How long each of them has taken since this was asked last, in milliseconds.
+    /// How long each of them took when they ran last, in milliseconds; nothing where they have not since this was asked.
     pub fn take_pass_ms(&mut self) -> Vec<f64> {
-        let passes = self.device.as_ref().map_or(0, |device| device.executor.graph().passes().len());
-        std::mem::replace(&mut self.pass_ms, vec![0.0; passes])
+        let none = self.device.as_ref().map_or_else(Vec::new, DeviceMover::no_ms);
+        std::mem::replace(&mut self.pass_ms, none)
     }
 
     /// Puts on the device where the scene, which is the one that was uploaded, has everything that moves. Its vertices may be
@@ -93,8 +92,18 @@ impl DeviceMover {
         let moved = motion::add(&mut graph, &mut scene_parts, &meshes, &parts);
         refit::add(&mut graph, (scene_parts.triangles, nodes), tree, &parts, moved);
         structures::add(&mut graph, &scene_parts, uploaded.set());
-        let executor = Executor::new(gpu, graph, Some(Arc::clone(uploaded.set())))?;
-        Ok(Some(Self { meshes, executor, moved, has_built_tree: false }))
+        let executor = match Executor::new(gpu, graph, Some(Arc::clone(uploaded.set()))) {
+            Err(error @ Error::Memory { .. }) => {
+                log::info!("the host moves the scene's vertices: {error}");
+                return Ok(None);
+            }
+            executor => executor?,
+        };
+        Ok(Some(Self { poses: meshes.poses, executor, moved, has_built_tree: false }))
+    }
+
+    fn no_ms(&self) -> Vec<f64> {
+        vec![0.0; self.executor.graph().passes().len()]
     }
 
     fn follow(&mut self, gpu: &Arc<Gpu>, uploaded: &mut UploadedScene, scene: &mut Scene) -> Result<Vec<f64>> {
@@ -103,7 +112,7 @@ impl DeviceMover {
             uploaded.replace_tree(gpu, scene, tree.built())?;
             self.has_built_tree = true;
         }
-        self.executor.write_buffer(self.moved.pose, bytemuck::cast_slice(&self.meshes.pose(scene)))?;
+        self.executor.write_buffer(self.moved.pose, bytemuck::cast_slice(&self.poses.pose(scene)))?;
         let ticket = self.executor.submit(&[])?;
         let pass_ms = self.executor.wait(ticket)?.pass_ms;
         let MovedTree { largest_triangle, cost } =

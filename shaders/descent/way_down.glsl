@@ -41,8 +41,7 @@ struct Sender {
     uint level;
 };
 
-// A light of S0 that grid light `index` is made of, or NO_LIGHT where the way down to one is lost. Level 0 has the lights
-// themselves.
+// The representative that a list of them has at a place.
 uint representative_at(uint index) {
 #ifdef ROUND
     if (frame.history_is_valid == 0u) {
@@ -52,6 +51,8 @@ uint representative_at(uint index) {
     return representatives[index];
 }
 
+// A light of S0 that grid light `index` is made of, or NO_LIGHT where the way down to one is lost. Level 0 has the lights
+// themselves.
 uint original_below(uint index, uint level, inout uint random_state) {
     if (level == 0u) {
         return index;

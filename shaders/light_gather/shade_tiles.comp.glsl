@@ -84,7 +84,9 @@ Pixel pixel_at(uvec2 inside, uvec2 sub_image) {
     float depth = in_image ? texelFetch(depth_image, ivec2(xy), 0).x : 0.0;
     uint index = reservoir_index(sub_image * sub_image_size() + inside);
 #ifdef ROUND
-    depth = is_short(texelFetch(history_shadowed, ivec2(xy), 0).a) ? depth : 0.0;
+    if (depth > 0.0 && !is_short(texelFetch(history_shadowed, ivec2(xy), 0).a)) {
+        depth = 0.0;
+    }
 #endif
     if (depth <= 0.0) {
         return Pixel(false, vec3(0.0), vec3(0.0), 0.0, index);

@@ -27,7 +27,8 @@ layout(push_constant) uniform Push {
     float changing_flux;
 };
 
-// A light as it is, or while it emits most: one that is dark now is to have paths that start where they will count.
+// A light as it is, or while it emits most: one that is dark now is to have paths that start where they will count. Its flux over
+// its intensity: Rust's Light::flux_luminance.
 PunctualLight at_its_brightest(PunctualLight light) {
     if (changing_flux > 0.0) {
         float spot = 2.0 * PI * (1.0 - light.outer_cos);

@@ -35,9 +35,18 @@ mat4x3 pose_matrix(uint word) {
     return mat4x3(pose_column(word), pose_column(word + 3u), pose_column(word + 6u), pose_column(word + 9u));
 }
 
+// Squared lengths that can be divided by.
+const float LEAST_SQUARE = 1e-37;
+const float MOST_SQUARE = 3e38;
+
 vec3 unit_or_zero(vec3 v) {
-    precise float inverse = 1.0 / sqrt(dot(v, v));
-    return inverse > 0.0 && !isinf(inverse) ? v * inverse : vec3(0.0);
+    float square = dot(v, v);
+    return square > LEAST_SQUARE && square < MOST_SQUARE ? v * (1.0 / sqrt(square)) : vec3(0.0);
+}
+
+// Bits tell, as drivers need not know numbers that are none.
+bvec3 is_no_number(vec3 v) {
+    return greaterThan(floatBitsToUint(v) & 0x7fffffffu, uvec3(0x7f800000u));
 }
 
 // With entries of at most 1, or the products of tiny or huge scales would leave the range of floats.
@@ -121,7 +130,7 @@ void main() {
     // Triangles without area are in no picture, and no ray hits them.
     bool is_shown = pose[body_index] != 0u;
     vec3 position = is_shown ? own.position : placed(body.first_rest, body).position;
-    position = mix(clamp(position, -float(MOST_METRES), float(MOST_METRES)), vec3(0.0), isnan(position));
+    position = mix(clamp(position, -float(MOST_METRES), float(MOST_METRES)), vec3(0.0), is_no_number(position));
     vec3 normal = own.normal;
     if (normal == vec3(0.0)) {
         bool is_flat = (body.flags & BODY_IS_FLAT) != 0u;

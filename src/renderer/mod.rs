@@ -188,8 +188,10 @@ impl Renderer {
         self.data.history_is_valid = valid.into();
         let stands = valid && !self.scene_changed && without_view(&self.data) == without_view(&last);
         self.data.scene_stands = stands.into();
-        let same_lights = || constants_of_lights(&self.data) == constants_of_lights(&last);
-        self.data.lighting_stands = (valid && !self.scene_changed && same_lights()).into();
+        // Other light paths find the same light.
+        let lighting = |data| constants_of_lights(&FrameData { seed: 0, renewed_paths: 0, ..data });
+        let lights_stand = valid && !self.scene_changed && lighting(self.data) == lighting(last);
+        self.data.lighting_stands = lights_stand.into();
         self.scene_changed = false;
         self.last_data = self.data;
     }

@@ -139,7 +139,8 @@ shared_structs! {
         pub renewed_paths: u32,
         /// Of the frame before, `jitter_x_px` and `jitter_y_px`.
         pub previous_jitter_px: [f32; 2],
-        /// 1 when the frame before has left its history, and lights, light paths and surfaces are where they were in it.
+        /// 1 when the frame before has left its history, and lights and surfaces are as they were in it, whatever the camera
+        /// does and the light paths.
         pub lighting_stands: u32,
         /// Unused.
         pub padding: u32,

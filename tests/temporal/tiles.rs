@@ -338,6 +338,22 @@ fn other_comparisons_are_noticed() {
     }
 }
 
+#[test]
+fn lighting_stands_while_only_the_camera_moves() {
+    let test = gpu();
+    let mut run = Run::new(&test.gpu, &lit_from(-1.0), &lamp_settings(Antilag::Tiles));
+    let mut stands = |change: &dyn Fn(&mut Run)| {
+        change(&mut run);
+        run.next();
+        run.renderer.frame_data().lighting_stands
+    };
+    assert_eq!(stands(&|_| ()), 0, "a first frame follows nothing");
+    assert_eq!(stands(&|_| ()), 1);
+    assert_eq!(stands(&|run| run.step_right(0.08)), 1);
+    let turned = UploadedScene::new(&test.gpu, &lit_from(1.0)).unwrap();
+    assert_eq!(stands(&|run| run.renderer.update_lights(turned.other_lights()).unwrap()), 0);
+}
+
 /// The furnished room under a lamp that shines on one of its sides.
 pub fn lit_from(side: f32) -> Scene {
     let mut scene = furnished_room();

@@ -23,12 +23,13 @@ pub struct MovingMeshes {
     pub joints: Vec<JointWeight>,
     /// What morph targets add, by vertex and then by target.
     pub offsets: Vec<MorphOffset>,
-    layout: PoseLayout,
+    /// How poses of them are laid out.
+    pub poses: PoseLayout,
 }
 
 /// Where parts of a pose begin, in words: whether each body is shown, the weights of its morph targets, matrices.
 #[derive(Default)]
-struct PoseLayout {
+pub struct PoseLayout {
     /// By body.
     weights: Vec<usize>,
     /// By skin.
@@ -56,6 +57,28 @@ impl PoseLayout {
         }
         layout
     }
+
+    /// The pose at the moment that the scene, which is the one that they are of, is at.
+    #[must_use]
+    pub fn pose(&self, scene: &Scene) -> Vec<u32> {
+        let motion = &scene.motion;
+        let posed = motion.posed();
+        let mut words = vec![0; self.words];
+        for (index, body) in motion.moving_bodies().into_iter().enumerate() {
+            words[index] = posed.visible[body.node].into();
+            let weights = words[self.weights[index]..].iter_mut().take(body.targets.len());
+            weights.zip(&posed.weights[body.node]).for_each(|(word, weight)| *word = weight.to_bits());
+            if body.skin.is_none() {
+                put_matrix(&mut words[self.matrices[index]..], &body.world(&posed));
+            }
+        }
+        for (skin, first) in &self.joints {
+            let matrices = motion.skins[*skin].matrices(&posed);
+            let places = words[*first..].chunks_exact_mut(POSE_MATRIX_WORDS as usize);
+            places.zip(&matrices).for_each(|(words, matrix)| put_matrix(words, matrix));
+        }
+        words
+    }
 }
 
 /// A matrix without its last row.
@@ -69,9 +92,9 @@ impl MovingMeshes {
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let bodies = scene.motion.moving_bodies();
-        let layout = PoseLayout::new(&bodies, &scene.motion);
+        let poses = PoseLayout::new(&bodies, &scene.motion);
         let (bodies_list, vertices) = (Vec::with_capacity(bodies.len()), Vec::new());
-        let mut meshes = Self { bodies: bodies_list, vertices, joints: Vec::new(), offsets: Vec::new(), layout };
+        let mut meshes = Self { bodies: bodies_list, vertices, joints: Vec::new(), offsets: Vec::new(), poses };
         bodies.iter().for_each(|body| meshes.add(body));
         let end = RestVertex { first_offset: meshes.offsets.len() as u32, ..bytemuck::Zeroable::zeroed() };
         meshes.vertices.push(end);
@@ -87,7 +110,7 @@ impl MovingMeshes {
     /// Words of a pose.
     #[must_use]
     pub fn pose_words(&self) -> usize {
-        self.layout.words
+        self.poses.words
     }
 
     fn add(&mut self, body: &Body) {
@@ -97,8 +120,8 @@ impl MovingMeshes {
         self.bodies.push(MovingBody {
             first_vertex: body.first_vertex as u32,
             first_rest,
-            first_matrix: self.layout.matrices[index] as u32,
-            first_weight: self.layout.weights[index] as u32,
+            first_matrix: self.poses.matrices[index] as u32,
+            first_weight: self.poses.weights[index] as u32,
             joints_per_vertex: joints_per_vertex as u32,
             flags: flag(body.turned, BODY_IS_TURNED)
                 | flag(!body.tangents.is_empty(), BODY_HAS_TANGENTS)
@@ -121,28 +144,6 @@ impl MovingMeshes {
                 first_joint,
             });
         }
-    }
-
-    /// The pose at the moment that the scene, which is the one that this is of, is at.
-    #[must_use]
-    pub fn pose(&self, scene: &Scene) -> Vec<u32> {
-        let motion = &scene.motion;
-        let posed = motion.posed();
-        let mut words = vec![0; self.layout.words];
-        for (index, body) in motion.moving_bodies().into_iter().enumerate() {
-            words[index] = posed.visible[body.node].into();
-            let weights = words[self.layout.weights[index]..].iter_mut().take(body.targets.len());
-            weights.zip(&posed.weights[body.node]).for_each(|(word, weight)| *word = weight.to_bits());
-            if body.skin.is_none() {
-                put_matrix(&mut words[self.layout.matrices[index]..], &body.world(&posed));
-            }
-        }
-        for (skin, first) in &self.layout.joints {
-            let matrices = motion.skins[*skin].matrices(&posed);
-            let places = words[*first..].chunks_exact_mut(POSE_MATRIX_WORDS as usize);
-            places.zip(&matrices).for_each(|(words, matrix)| put_matrix(words, matrix));
-        }
-        words
     }
 }
 

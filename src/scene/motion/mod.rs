@@ -17,7 +17,7 @@ use body::Skin;
 pub(in crate::scene) use body::{Body, Target as MorphTarget};
 use clip::{Channel, Clip};
 pub(in crate::scene) use clip::{LightProperty, Property, Target};
-pub use device::MovingMeshes;
+pub use device::{MovingMeshes, PoseLayout};
 use nodes::{Hierarchy, Posed};
 
 use super::gltf_lights::LightParts;

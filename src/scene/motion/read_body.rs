@@ -152,10 +152,10 @@ fn targets(document: &Document, what: &str, primitive: &Primitive, shape: &Shape
         offsets.iter_mut().filter(|offset| !offset.is_finite()).for_each(|offset| *offset = Vec3::ZERO);
         Ok(offsets)
     };
-    // Offsets of tangents mean those of the file.
-    let has_tangents = !shape.tangents.is_empty();
+    // Without normals every triangle has its own, and offsets of tangents mean those of the file.
+    let (has_normals, has_tangents) = (shape.normals.is_some(), !shape.tangents.is_empty());
     let target = |target: &MorphTarget| {
-        let (positions, normals) = (read(target.positions)?, read(target.normals)?);
+        let (positions, normals) = (read(target.positions)?, read(target.normals.filter(|_| has_normals))?);
         Ok(Target { positions, normals, tangents: read(target.tangents.filter(|_| has_tangents))? })
     };
     targets.iter().map(target).collect()

@@ -103,8 +103,8 @@ settings_group! {
         /// light differs by more than its noise [default: off]
         #[arg(long, value_enum, hide_possible_values = true, value_name = "off|tiles", help_heading = "Shadows")]
         pub antilag: Antilag = Antilag::Off,
-        /// Frames that these means are made of at least: where a pixel has fewer, it takes shadow samples in several rounds in one
-        /// frame, and each round counts as a frame, 1 to 64 [default: 1; 16 with --temporal shadows --antilag tiles]
+        /// Rounds of shadow samples in a frame without history, each of which counts as a frame; in others a pixel whose history is
+        /// short takes rounds until it has 4, 1 to 64 [default: 1; 16 with --temporal shadows --antilag tiles]
         #[arg(long, value_name = "N", help_heading = "Shadows")]
         pub temporal_rounds: Option<u32> = None,
     }

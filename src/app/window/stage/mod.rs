@@ -209,11 +209,14 @@ impl Stage {
         let Some(scene) = Arc::get_mut(&mut self.scene) else { return Ok(false) };
         self.posed = Some(posed);
         scene.pose_without_vertices(moment_s);
-        lighting::follow(scene, held, around);
+        let has_other_sky = lighting::follow(scene, held, around);
         self.mover.follow(&mut self.uploaded, scene)?;
-        let sides = self.all_sets_mut().flat_map(|set| set.held.iter_mut().chain([&mut set.main]));
-        sides.for_each(|side| side.renderer.expect_another_scene());
-        Ok(self.scene.motion.moves().lights)
+        let moves = self.scene.motion.moves();
+        if moves.geometry || moves.lights || has_other_sky {
+            let sides = self.all_sets_mut().flat_map(|set| set.held.iter_mut().chain([&mut set.main]));
+            sides.for_each(|side| side.renderer.expect_another_scene());
+        }
+        Ok(moves.lights)
     }
 
     /// The scene as uploaded.
